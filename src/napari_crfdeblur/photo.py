@@ -1,0 +1,96 @@
+"""What a photo is: its kinds, its full scale, and how numbers come back as a photo."""
+
+import numpy as np
+from numpy.typing import DTypeLike
+
+from ._typing import FloatArray, Image
+from .errors import CrfDeblurError
+
+ALPHA = 4  # channels of RGBA
+
+
+def full_scale(photo: Image) -> float:
+    """Value that stands for intensity 1: the largest of an integer kind, 1 for floats."""
+    return float(np.iinfo(photo.dtype).max) if photo.dtype.kind == "u" else 1.0
+
+
+def check_photo(photo: Image) -> None:
+    """Refuse what cannot be deblurred, in a sentence that says what to do.
+
+    Parameters
+    ----------
+    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        uint8, uint16 or float in [0, 1].
+
+    Raises
+    ------
+    ValueError
+        Not an image: wrong shape or kind of number.
+    CrfDeblurError
+        An image without content: tiny, not finite, constant or saturated throughout.
+    """
+    check_image(photo)
+    if min(photo.shape[:2]) < 8:
+        raise CrfDeblurError(
+            f"the image is only {photo.shape[1]} x {photo.shape[0]} pixels; "
+            "use a photo of at least 8 x 8 pixels"
+        )
+    low, high = float(color(photo).min()), float(color(photo).max())
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise CrfDeblurError(
+            "the image has pixels that are not finite (NaN or infinity); replace them first"
+        )
+    if low >= full_scale(photo):
+        raise CrfDeblurError("the image is saturated throughout; use a shorter exposure")
+    if low == high:
+        raise CrfDeblurError("the image is constant; use a photo that shows something")
+    if photo.dtype.kind == "f" and not (low >= 0 and high <= 1):
+        raise CrfDeblurError(
+            f"the image has values from {low:.4g} to {high:.4g}; "
+            "divide a floating-point image by its full scale, so that it lies in [0, 1]"
+        )
+
+
+def check_image(image: Image) -> None:
+    """Raise ValueError unless this is a 2-D or colour image of a kind we work with."""
+    if image.ndim != 2 and not (image.ndim == 3 and image.shape[2] in (3, ALPHA)):
+        raise ValueError(f"expected an image (M, N), (M, N, 3) or (M, N, 4), got {image.shape}")
+    if image.dtype not in (np.uint8, np.uint16, np.float32, np.float64, np.float16):
+        raise ValueError(f"expected an image of uint8, uint16 or float, got {image.dtype}")
+
+
+def color(photo: Image) -> Image:
+    """The photo without its alpha channel, as a view."""
+    return photo[..., :3] if photo.ndim == 3 else photo
+
+
+def planes(photo: Image) -> list[Image]:
+    """Channels of the photo, alpha left out: 1 or 3 views of shape (M, N)."""
+    return [photo] if photo.ndim == 2 else [photo[..., c] for c in range(3)]
+
+
+def to_unit(photo: Image) -> FloatArray:
+    """Intensity in [0, 1], float32 unless the photo is float64; the shape of `photo`."""
+    if photo.dtype.kind == "f":
+        return photo.astype(np.float32 if photo.dtype != np.float64 else np.float64, copy=False)
+    return np.multiply(photo, np.float32(1 / full_scale(photo)), dtype=np.float32)
+
+
+def from_unit(intensity: FloatArray, dtype: DTypeLike) -> Image:
+    """Intensity as a photo of kind `dtype`: clipped to [0, 1], scaled and rounded."""
+    dtype = np.dtype(dtype)
+    clipped = np.clip(intensity, 0, 1)
+    if dtype.kind == "f":
+        return clipped.astype(dtype, copy=False)
+    clipped *= np.iinfo(dtype).max
+    return np.rint(clipped, out=clipped).astype(dtype)
+
+
+def luminance(photo: Image) -> FloatArray:
+    """Mean of the colour channels as intensity in [0, 1], shape (M, N), float32."""
+    if photo.ndim == 2:
+        return to_unit(photo).astype(np.float32, copy=False)
+    total = np.zeros(photo.shape[:2], dtype=np.float32)
+    for plane in planes(photo):
+        total += to_unit(plane)
+    return np.multiply(total, np.float32(1 / 3), out=total)

@@ -1,0 +1,42 @@
+"""Long work as generators: they report progress and can be stopped at every report."""
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import TypeAlias, TypeVar
+
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Progress:
+    """How far a job is: `done` of `total` steps of the named `stage`."""
+
+    stage: str
+    done: int
+    total: int
+
+
+Job: TypeAlias = Generator[Progress, None, T]
+"""A long job: yields :class:`Progress`, returns its result; ``close()`` stops it."""
+
+
+def drain(job: "Job[T]", report: Callable[[Progress], None] | None = None) -> T:
+    """Run a job to its end and return its result.
+
+    Parameters
+    ----------
+    job : Job
+        The generator to run.
+    report : callable, optional
+        Called with every :class:`Progress`; an exception that it raises stops the job.
+    """
+    try:
+        while True:
+            progress = next(job)
+            if report is not None:
+                report(progress)
+    except StopIteration as stop:
+        result: T = stop.value
+        return result
+    finally:
+        job.close()

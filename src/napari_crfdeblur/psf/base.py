@@ -1,0 +1,118 @@
+"""The stage from a linear image to its point spread function: verb, method, result."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._typing import FloatArray
+from ..errors import CrfDeblurError
+from ..progress import Job, drain
+
+
+class PsfStatus(Enum):
+    """How far a PSF can be trusted; the value is the sentence that the user reads."""
+
+    GOOD = "the PSF is clearly determined"
+    GIVEN = "the PSF was given"
+    DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PsfEstimate:
+    """A point spread function and how it was found.
+
+    Parameters
+    ----------
+    psf : ndarray, shape (H, W)
+        Non-negative, sum 1, both sides odd, in (row, column) pixels; the blurred image is
+        the convolution of the sharp one with it, and its centre pixel is the origin.
+    status : PsfStatus
+        How far it can be trusted.
+    diagnostics : dict of str to float
+        Figures of the method, by name.
+    """
+
+    psf: FloatArray
+    status: PsfStatus
+    diagnostics: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        psf = np.array(self.psf, dtype=np.float64)
+        psf.setflags(write=False)
+        object.__setattr__(self, "psf", psf)
+
+
+class PsfEstimator(ABC):
+    """A method to find the PSF of a linear image."""
+
+    @abstractmethod
+    def run(self, linear: FloatArray) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF of a linear image of shape (M, N) in [0, 1]."""
+
+
+def estimating_psf(linear: FloatArray, method: PsfEstimator) -> Job[PsfEstimate]:
+    """Job of :func:`estimate_psf`: reports progress, can be stopped."""
+    linear = np.asarray(linear)
+    if linear.ndim not in (2, 3) or linear.size == 0:
+        raise ValueError(f"expected an image (M, N) or (M, N, 3), got {linear.shape}")
+    if not np.isfinite(linear).all():
+        raise CrfDeblurError(
+            "the image has pixels that are not finite (NaN or infinity); replace them first"
+        )
+    grey = linear if linear.ndim == 2 else linear[..., :3].mean(axis=2)
+    return (yield from method.run(np.asarray(grey, dtype=np.float32)))
+
+
+def estimate_psf(linear: FloatArray, method: PsfEstimator) -> PsfEstimate:
+    """Estimate the point spread function of a linear image.
+
+    Parameters
+    ----------
+    linear : ndarray, shape (M, N) or (M, N, 3)
+        Relative irradiance in [0, 1]; colour is averaged.
+    method : PsfEstimator
+        For example :class:`~napari_crfdeblur.psf.XuJia`.
+
+    Raises
+    ------
+    CrfDeblurError
+        The image shows too little structure, or the PSF does not fit in it.
+    """
+    return drain(estimating_psf(linear, method))
+
+
+def as_psf(values: ArrayLike) -> FloatArray:
+    """Make a PSF of an array: check it, pad it to odd sides and scale it to sum 1.
+
+    Parameters
+    ----------
+    values : array_like, shape (H, W)
+        Non-negative, finite, not all zero. An even side gets a row or column of zeros at its
+        end, so that the origin stays at index ``side // 2``.
+
+    Returns
+    -------
+    ndarray, shape (H | 1, W | 1)
+        float64, sum 1.
+
+    Raises
+    ------
+    CrfDeblurError
+        Colour, negative, not finite or all zero.
+    """
+    psf = np.asarray(values, dtype=np.float64)
+    if psf.ndim != 2:
+        raise CrfDeblurError(
+            f"the PSF has shape {psf.shape}; give a greyscale picture with rows and columns"
+        )
+    if psf.size == 0 or not np.isfinite(psf).all():
+        raise CrfDeblurError("the PSF is empty or has values that are not finite; mend it first")
+    if psf.min() < 0:
+        raise CrfDeblurError("the PSF has negative values; clip them to zero first")
+    if psf.sum() <= 0:
+        raise CrfDeblurError("the PSF is zero everywhere; give one that shows the blur")
+    padded = np.pad(psf, [(0, 1 - side % 2) for side in psf.shape])
+    return np.asarray(padded / padded.sum())
