@@ -1,0 +1,96 @@
+"""The stage from profiles to the camera response: verb, method, result."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from enum import Enum
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..profiles.base import ProfileGroup
+from ..progress import Job, drain
+from ..response import ResponseCurve
+
+
+class ResponseStatus(Enum):
+    """How far a response can be trusted; the value is the sentence that the user reads."""
+
+    GOOD = "the edges determine the response over the range that they cover"
+    GIVEN = "the response was given"
+    DOUBTFUL = (
+        "the edges hardly determine the response: add edges between areas of other "
+        "brightness, or more photos of the same camera"
+    )
+    NOT_CONVERGED = (
+        "the search for the response did not converge: remove edges that are not straight "
+        "steps, or choose another method"
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ResponseEstimate:
+    """A response found from profiles, with the range in which they speak for it.
+
+    Parameters
+    ----------
+    curve : ResponseCurve
+        The estimate.
+    intensity : ndarray, shape (N,)
+        Where the band is sampled, increasing from 0 to 1.
+    lower, upper : ndarray, shape (N,)
+        95 % band of the irradiance at `intensity`.
+    covered : (float, float)
+        Range of intensity that the profiles cover, 1st to 99th percentile of their samples.
+    status : ResponseStatus
+        How far the curve can be trusted.
+    diagnostics : dict of str to float
+        Figures of the method, by name.
+    """
+
+    curve: ResponseCurve
+    intensity: FloatArray
+    lower: FloatArray
+    upper: FloatArray
+    covered: tuple[float, float]
+    status: ResponseStatus
+    diagnostics: dict[str, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for name in ("intensity", "lower", "upper"):
+            values = np.array(getattr(self, name), dtype=np.float64)
+            values.setflags(write=False)
+            object.__setattr__(self, name, values)
+
+
+class ResponseFit(ABC):
+    """A method to find the response from groups of profiles."""
+
+    @abstractmethod
+    def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
+        """Long job: estimate one response from groups of one camera."""
+
+
+def estimating_response(
+    groups: Sequence[ProfileGroup], method: ResponseFit
+) -> Job[ResponseEstimate]:
+    """Job of :func:`estimate_response`: reports progress, can be stopped."""
+    return (yield from method.run(groups))
+
+
+def estimate_response(groups: Sequence[ProfileGroup], method: ResponseFit) -> ResponseEstimate:
+    """Estimate the camera response from profiles across straight edges.
+
+    Parameters
+    ----------
+    groups : sequence of ProfileGroup
+        Profiles of one camera, from one photo or several: groups simply add.
+    method : ResponseFit
+        For example :class:`~napari_crfdeblur.estimate.RankMinimization`.
+
+    Raises
+    ------
+    CrfDeblurError
+        The profiles cannot determine a response, whatever the method.
+    """
+    return drain(estimating_response(groups, method))

@@ -1,0 +1,41 @@
+"""Fast convolution: sizes that transform fast, transfer functions, transforms of planes."""
+
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
+from scipy import fft
+
+from ._typing import FloatArray
+
+ComplexArray: TypeAlias = NDArray[np.complexfloating[Any]]
+Shape: TypeAlias = tuple[int, int]
+
+
+def fast_shape(shape: Shape) -> Shape:
+    """Smallest shape that is at least `shape` and transforms fast as real numbers."""
+    rows, columns = shape
+    return fft.next_fast_len(rows, real=True), fft.next_fast_len(columns, real=True)
+
+
+def forward(plane: FloatArray) -> ComplexArray:
+    """Transform of a real plane (M, N): its half spectrum, (M, N // 2 + 1)."""
+    spectrum: ComplexArray = fft.rfft2(plane)
+    return spectrum
+
+
+def inverse(spectrum: ComplexArray, shape: Shape) -> FloatArray:
+    """Real plane of the given shape whose half spectrum this is; overwrites `spectrum`."""
+    plane: FloatArray = fft.irfft2(spectrum, s=shape, overwrite_x=True)
+    return plane
+
+
+def otf(psf: FloatArray, shape: Shape, dtype: DTypeLike = np.float32) -> ComplexArray:
+    """Optical transfer function of a PSF for planes of `shape`, in the precision of `dtype`.
+
+    The pixel ``side // 2`` of the PSF is the origin, so that multiplying a half spectrum by
+    it is a circular convolution that does not shift the picture.
+    """
+    kernel = np.zeros(shape, dtype=dtype)
+    kernel[: psf.shape[0], : psf.shape[1]] = psf
+    return forward(np.roll(kernel, [-(side // 2) for side in psf.shape], axis=(0, 1)))
