@@ -39,3 +39,21 @@ def otf(psf: FloatArray, shape: Shape, dtype: DTypeLike = np.float32) -> Complex
     kernel = np.zeros(shape, dtype=dtype)
     kernel[: psf.shape[0], : psf.shape[1]] = psf
     return forward(np.roll(kernel, [-(side // 2) for side in psf.shape], axis=(0, 1)))
+
+
+def gradient_power(shape: Shape, dtype: DTypeLike = np.float32) -> tuple[FloatArray, FloatArray]:
+    """Power of the forward differences, ``|D|^2 = rows[:, None] + columns``, as two vectors.
+
+    ``4 sin^2(pi u)`` along either axis, `u` in cycles per pixel; `columns` is for the half
+    spectrum of planes of `shape`.
+    """
+    rows = 4 * np.sin(np.pi * fft.fftfreq(shape[0])) ** 2
+    columns = 4 * np.sin(np.pi * fft.rfftfreq(shape[1])) ** 2
+    return rows.astype(dtype), columns.astype(dtype)
+
+
+def power(spectrum: ComplexArray) -> FloatArray:
+    """Squared magnitude of a spectrum, without the square root that ``abs`` would take."""
+    squared: FloatArray = np.square(spectrum.real)
+    squared += np.square(spectrum.imag)
+    return squared

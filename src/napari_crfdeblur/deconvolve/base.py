@@ -13,6 +13,8 @@ from ..psf.base import as_psf
 class Deconvolver(ABC):
     """A method to undo the blur of one plane."""
 
+    __slots__ = ()
+
     @abstractmethod
     def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF.

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from .._typing import BoolArray, FloatArray
+from .._typing import FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,17 +80,17 @@ class ProfileGroup:
     def __len__(self) -> int:
         return len(self.sources)
 
-    def select(self, rows: BoolArray) -> "ProfileGroup":
-        """The group with only the rows that the mask, shape (J,), keeps."""
-        rows = np.asarray(rows, dtype=bool)
+    def select(self, rows: ArrayLike) -> "ProfileGroup":
+        """The group with only the given rows: a mask of shape (J,), or row numbers."""
+        chosen = np.arange(len(self))[np.asarray(rows)]
         return replace(
             self,
-            intensity=self.intensity[rows],
-            variance=self.variance[rows],
-            count=self.count[rows],
-            sides=self.sides[rows],
-            sides_variance=self.sides_variance[rows],
-            sources=tuple(s for s, keep in zip(self.sources, rows, strict=True) if keep),
+            intensity=self.intensity[chosen],
+            variance=self.variance[chosen],
+            count=self.count[chosen],
+            sides=self.sides[chosen],
+            sides_variance=self.sides_variance[chosen],
+            sources=tuple(self.sources[row] for row in chosen),
         )
 
 

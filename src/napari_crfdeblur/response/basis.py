@@ -19,7 +19,7 @@ def emor_table() -> FloatArray:
     TPAMI 2004).
     """
     with (files(__package__) / "data" / "emor.npy").open("rb") as file:
-        table = np.load(file).astype(np.float64)
+        table: FloatArray = np.load(file).astype(np.float64)
     table[0, [0, -1]] = 0.0, 1.0
     table[1:, [0, -1]] = 0.0
     table.setflags(write=False)

@@ -1,0 +1,76 @@
+# Every target sets up what it needs: a virtual environment in .venv, made by $(PYTHON), with
+# the package as editable install. Needs Python 3.11 or newer with its venv module.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+# Stamps: another interpreter makes a new environment, a changed pyproject.toml a new install.
+MADE := $(VENV)/made-by-$(subst /,_,$(PYTHON))
+INSTALLED := $(VENV)/installed
+TOOLS := $(VENV)/tools-installed
+DOCS := $(VENV)/docs-installed
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test lint types wheel docs benchmarks clean
+
+help: ## List the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
+
+demo: $(INSTALLED) ## Blur, recover and compare a known picture; results in demo/
+	$(BIN)/crfdeblur demo -o demo
+
+test: $(INSTALLED) ## Run the tests (options in PYTEST_ARGS)
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+lint: $(TOOLS) ## Check style and format
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(TOOLS) ## Check the types
+	$(BIN)/mypy
+
+wheel: $(TOOLS) ## Build the source archive and, from it, the wheel; results in dist/
+	rm -rf dist
+	$(BIN)/python -m build
+
+docs: $(DOCS) ## Build the documentation; results in build/docs/
+	$(BIN)/mkdocs build --strict --site-dir build/docs
+
+benchmarks: $(INSTALLED) ## Run every benchmark and print its table
+	@set -e; for script in benchmarks/[a-z]*.py; do \
+	  echo "$(BIN)/python $$script"; $(BIN)/python "$$script"; done
+
+clean: ## Remove the environment and everything that was built
+	rm -rf $(VENV) build dist demo .mypy_cache .pytest_cache .ruff_cache
+	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(MADE):
+	@command -v $(PYTHON) >/dev/null || { \
+	  echo "$(PYTHON) is missing: install Python 3.11 or newer, or give its name," \
+	    "as in: make PYTHON=python3.12 $(MAKECMDGOALS)" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and \
+	  "$(PYTHON) is too old: give Python 3.11 or newer, as in: make PYTHON=python3.12")'
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null || { \
+	  test "$$(id -u)" = 0 && command -v apt-get >/dev/null && apt-get update && \
+	  DEBIAN_FRONTEND=noninteractive apt-get install -y $(notdir $(PYTHON))-venv; } || { \
+	  echo "$(PYTHON) has no venv module: install it first, on Debian and Ubuntu with" \
+	    "'apt-get install $(notdir $(PYTHON))-venv' as root" >&2; exit 1; }
+	$(PYTHON) -m venv --clear $(VENV)
+	@touch $@
+
+# The version is part of what is installed, so that its file counts, too.
+$(INSTALLED): $(MADE) pyproject.toml src/napari_crfdeblur/_version.py
+	$(BIN)/python -m pip install --editable '.[test]'
+	@touch $@
+
+# Dependency groups came with pip 25.1; older Pythons bring an older pip.
+$(TOOLS): $(INSTALLED)
+	$(BIN)/python -m pip install --upgrade 'pip>=25.1'
+	$(BIN)/python -m pip install --group dev
+	@touch $@
+
+$(DOCS): $(INSTALLED)
+	$(BIN)/python -m pip install --editable '.[docs]'
+	@touch $@

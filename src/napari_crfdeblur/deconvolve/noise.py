@@ -1,0 +1,40 @@
+"""How noisy and how contrasty a plane is: what sets the strength of a regularization."""
+
+import numpy as np
+
+from .._typing import FloatArray
+
+SAMPLES = 1 << 20  # enough for .2 % of the noise level
+LEAST_NOISE = 1e-3  # of the contrast: rounding to 8 bits alone makes .0011
+
+
+def noise_level(plane: FloatArray) -> float:
+    """Standard deviation of white noise in a plane, from its finest details.
+
+    ``median |L * y| / (6 * 0.6745)``, where `L` is the mask ``[1, -2, 1]`` along both axes:
+    blind to linear structure, of norm 6 (Immerkaer 1996, Fast noise variance estimation),
+    with the median that edges hardly move (Donoho 1995). Pixels without any detail, as in
+    saturated areas, do not count. Texture that survived the blur counts as noise.
+
+    Parameters
+    ----------
+    plane : ndarray, shape (M, N)
+        Any unit, which is the unit of the result. Of large planes only some rows are used.
+    """
+    if min(plane.shape) < 3:
+        return 0.0
+    every = 1 + plane.size // SAMPLES
+    rows = plane[:-2:every] - 2 * plane[1:-1:every] + plane[2::every]
+    detail = np.abs(rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:])
+    detail = detail[detail > 0]
+    return float(np.median(detail)) / (6 * 0.6745) if detail.size else 0.0
+
+
+def contrast(plane: FloatArray) -> float:
+    """Four standard deviations: the full scale that a typical picture of it would have."""
+    return 4 * float(plane.std(dtype=np.float64)) or 1.0
+
+
+def relative_noise(plane: FloatArray) -> float:
+    """Noise level as a fraction of the contrast, at least what 8 bits leave."""
+    return max(noise_level(plane) / contrast(plane), LEAST_NOISE)

@@ -1,0 +1,51 @@
+"""Wiener deconvolution: linear, in one step."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..boundary import extend
+from ..fourier import forward, gradient_power, inverse, otf, power
+from ..progress import Job, Progress
+from .base import Deconvolver
+from .noise import relative_noise
+
+WEIGHT_OF_NOISE = 100.0
+
+
+@dataclass(frozen=True, slots=True)
+class Wiener(Deconvolver):
+    """Linear deconvolution, ``X = conj(K) Y / (|K|^2 + w |D|^2)``.
+
+    The filter of Wiener (1949) for white noise and the power spectrum of natural pictures,
+    which falls as ``1 / |D|^2`` with the frequency (Field 1987); `D` is the difference of
+    neighboring pixels. Commutes with shifts and with affine changes of the plane.
+
+    Parameters
+    ----------
+    weight : float, optional
+        `w`, noise-to-signal ratio at one radian per pixel. By default it follows from the
+        noise level of the plane.
+    """
+
+    weight: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.weight is not None and not 0 < self.weight < np.inf:
+            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
+
+    def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
+        """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
+        yield Progress("Wiener filter", 0, 2)
+        extended = extend(plane, psf)
+        yield Progress("Wiener filter", 1, 2)
+        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane) ** 2
+        transfer = otf(psf, extended.shape, plane.dtype)
+        rows, columns = gradient_power(extended.shape, plane.dtype)
+        spectrum = forward(extended)
+        spectrum *= np.conj(transfer)
+        spectrum /= power(transfer) + weight * (rows[:, None] + columns)
+        sharp = inverse(spectrum, extended.shape)[: plane.shape[0], : plane.shape[1]]
+        yield Progress("Wiener filter", 2, 2)
+        return np.ascontiguousarray(sharp)

@@ -1,0 +1,76 @@
+"""Finding straight edges in a blurred photo."""
+
+import numpy as np
+
+from .._typing import FloatArray, Image
+from ..photo import check_image
+from .base import Edge
+from .locate import Search
+from .refine import check_extent, readable, refine
+from .segments import find_segments, reduction
+from .strip import Frame
+
+MOST_SEGMENTS = 250  # the strongest ones are refined: bounds the time on a busy photo
+SAME_ANGLE = np.deg2rad(3)
+SAME_OVERLAP = 0.3  # of the shorter edge
+
+
+def find_edges(image: Image, *, blur_extent: float) -> tuple[Edge, ...]:
+    """Straight edges of a photo, blurred over up to `blur_extent` pixels.
+
+    Line segments found at a coarse scale are located to a fraction of a pixel at full
+    resolution, trimmed to the part that looks like a blurred step, and checked.
+
+    Parameters
+    ----------
+    image : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        Photo, uint8, uint16 or float in [0, 1].
+    blur_extent : float
+        Largest expected width of an edge, pixels; see :func:`estimate_blur_extent`.
+
+    Returns
+    -------
+    tuple of Edge
+        Good edges first, the longest first; then those that cannot be used, with the reason.
+        Empty if the photo shows no straight edge.
+    """
+    check_image(image)
+    check_extent(blur_extent)
+    image = readable(image)
+    capture = 0.25 * blur_extent + reduction(image.shape[:2], blur_extent)
+    found = []
+    for line in find_segments(image, blur_extent)[:MOST_SEGMENTS]:
+        found += refine(image, Frame.of(line), Search(capture, blur_extent))
+    return distinct(sorted(found, key=lambda e: (not e.good, -e.length)), blur_extent)
+
+
+def distinct(edges: list[Edge], blur_extent: float) -> tuple[Edge, ...]:
+    """Edges without those that repeat an earlier one."""
+    kept: list[Edge] = []
+    ends = np.empty((0, 2, 2))
+    for edge in edges:
+        own = np.array([edge.start, edge.end])
+        if not repeats(own, ends, 0.5 * blur_extent):
+            kept.append(edge)
+            ends = np.concatenate([ends, own[None]])
+    return tuple(kept)
+
+
+def repeats(line: FloatArray, others: FloatArray, apart: float) -> bool:
+    """Whether a line, shape (2, 2), lies along one of the others, shape (K, 2, 2)."""
+    if len(others) == 0:
+        return False
+    axis = others[:, 1] - others[:, 0]
+    length = np.linalg.norm(axis, axis=1)
+    axis = axis / length[:, None]
+    own = line[1] - line[0]
+    own_length = np.linalg.norm(own)
+    parallel = np.abs(axis @ own) / own_length >= np.cos(SAME_ANGLE)
+    offset = line[None] - others[:, :1]
+    t = np.sort(np.einsum("kij,kj->ki", offset, axis), axis=1)
+    d = offset[..., 0] * axis[:, None, 1] - offset[..., 1] * axis[:, None, 0]
+    common = np.minimum(t[:, 1], length) - np.maximum(t[:, 0], 0)
+    close = np.abs(d.mean(axis=1)) < apart
+    return bool(
+        np.any(parallel & close & (common > SAME_OVERLAP * np.minimum(length, own_length)))
+    )

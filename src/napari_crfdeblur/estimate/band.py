@@ -1,0 +1,60 @@
+"""The band of an estimate: what resampled edges say, and the prior where no edge speaks."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..profiles.base import ProfileGroup
+from ..response import dorf_mean, emor_table
+
+# Standard deviations of the EMoR coefficients over the 201 responses of DoRF.
+DORF_DEVIATIONS = (3.42, 1.29, 0.47, 0.20, 0.10, 0.07, 0.05)
+TWO_SIDED_95 = 1.96  # standard deviations of a normal distribution
+
+
+def covered_range(groups: Sequence[ProfileGroup]) -> tuple[float, float]:
+    """Range of intensity that profiles cover: 1st to 99th percentile of their samples."""
+    samples = np.concatenate([g.intensity.ravel() for g in groups])
+    low, high = np.percentile(samples, [1, 99])
+    return float(low), float(high)
+
+
+def band(
+    intensity: FloatArray, curves: FloatArray, center: FloatArray, covered: tuple[float, float]
+) -> tuple[FloatArray, FloatArray]:
+    """95 % band of the irradiance around an estimate.
+
+    Parameters
+    ----------
+    intensity : ndarray, shape (N,)
+        Where the band is wanted.
+    curves : ndarray, shape (R, N)
+        Inverse responses found from resampled edges.
+    center : ndarray, shape (N,)
+        The estimate.
+    covered : (float, float)
+        Outside this range of intensity the band also spans the prior's.
+
+    Returns
+    -------
+    lower, upper : ndarray, shape (N,)
+    """
+    deviation = np.sqrt(np.mean((curves - center) ** 2, axis=0)) if len(curves) else 0 * center
+    lower, upper = center - TWO_SIDED_95 * deviation, center + TWO_SIDED_95 * deviation
+    outside = (intensity < covered[0]) | (intensity > covered[1])
+    prior_lower, prior_upper = prior_band(intensity)
+    lower = np.where(outside, np.minimum(lower, prior_lower), lower)
+    upper = np.where(outside, np.maximum(upper, prior_upper), upper)
+    return np.clip(lower, 0, 1), np.clip(upper, 0, 1)
+
+
+def prior_band(intensity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """95 % band of the irradiance over the cameras of DoRF, to first order."""
+    mean = dorf_mean()
+    irradiance = mean.to_irradiance(intensity)
+    basis = emor_table()[1 : 1 + len(DORF_DEVIATIONS)]
+    spread = np.sqrt(np.square(DORF_DEVIATIONS) @ np.square(basis))
+    of_intensity = np.interp(irradiance, np.linspace(0, 1, spread.size), spread)
+    deviation = TWO_SIDED_95 * of_intensity / mean.slope(irradiance)
+    return irradiance - deviation, irradiance + deviation

@@ -1,0 +1,71 @@
+"""Whether profiles can tell the response at all: a question of geometry, not of noise.
+
+A profile has an offset `l` and a range `w` in linear light. In each of these families, wrong
+responses fit as well as the right one: the points ``(l, w)`` of all groups lie on lines
+through one point ``(c, 0)``, where any power of ``|E - c|`` fits, or all ranges of a group are
+equal, where any exponential does (the limit of `c` at infinity).
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..errors import CrfDeblurError
+from ..profiles.base import ProfileGroup
+
+# Sides that differ less than this, in intensity, are the same: three levels of 8 bit.
+SAME_SIDE = 3 / 255
+# Points `c` that are tried: the range of irradiance and well beyond it on both sides.
+CENTERS = np.linspace(-3, 4, 281)
+
+
+def comparable(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
+    """Groups of two or more profiles, if together they can determine a response.
+
+    Raises
+    ------
+    CrfDeblurError
+        No group has three profiles, or the profiles of each group span one common range.
+    """
+    usable = [g for g in groups if len(g) >= 2]
+    if max((len(g) for g in usable), default=0) < 3:
+        raise CrfDeblurError(
+            "at least 3 straight edges of one orientation are needed to determine the response; "
+            "add edges, or give the response (gamma or sRGB)"
+        )
+    if all(np.ptp(g.sides, axis=0).max() < SAME_SIDE for g in usable):
+        raise CrfDeblurError(
+            "all edges lie between the same two levels of brightness, which cannot determine "
+            "the response; add edges between other levels, or give the response (gamma or sRGB)"
+        )
+    return usable
+
+
+def collinearity(offsets: Sequence[FloatArray], ranges: Sequence[FloatArray]) -> float:
+    """How far the profiles are from a family that cannot tell the response.
+
+    Parameters
+    ----------
+    offsets, ranges : sequence of ndarray, shape (J_i,)
+        Offsets `l` and signed ranges `w` of each group, in linear light.
+
+    Returns
+    -------
+    float
+        Root mean square distance of the points ``(l, w)`` from the nearest such family; below
+        .03 an estimate is often no better than a guess.
+    """
+    total = sum(o.size for o in offsets)
+    at_infinity = sum(float(np.sum((w - w.mean()) ** 2)) for w in ranges)
+    through = [
+        sum(_off_line(o - center, w) for o, w in zip(offsets, ranges, strict=True))
+        for center in CENTERS
+    ]
+    return float(np.sqrt(max(0.0, min(at_infinity, *through)) / total))
+
+
+def _off_line(x: FloatArray, y: FloatArray) -> float:
+    """Sum of squared distances of points from the best line through the origin."""
+    moments = np.array([[x @ x, x @ y], [x @ y, y @ y]])
+    return float(np.linalg.eigvalsh(moments)[0])

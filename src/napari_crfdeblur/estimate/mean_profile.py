@@ -1,0 +1,67 @@
+"""Unknown PSF, by distance: undone, the profiles of a group are near their mean (Eq. 5)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..profiles.base import ProfileGroup
+from ..progress import Job
+from .base import ResponseEstimate, ResponseFit
+from .fitting import PolynomialFit, fitting
+from .identifiability import comparable
+from .rows import Rows
+from .search import Terms
+
+
+@dataclass(frozen=True, slots=True)
+class MeanProfile(ResponseFit):
+    """Distance to the mean: ``min over g of sum_j |w_j| sum_m (p_j(m) - mean(m))^2``.
+
+    Kim et al. 2012, Eq. 5: ``p_j = (g(I_j) - l_j) / w_j``, and the mean is weighted by
+    ``|w_j|``; with the penalties of Eq. 4. The search starts from the DoRF mean.
+
+    Parameters
+    ----------
+    polynomial : PolynomialFit
+        Degree, weights of the penalties (lambda_1, lambda_2), resamples of the band.
+    """
+
+    polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
+        """Long job: see :class:`ResponseFit`."""
+        usable = comparable(groups)
+        terms = Terms(_distance_to_mean, *self.polynomial.weights)
+        return (yield from fitting(usable, terms, self.polynomial))
+
+
+def _distance_to_mean(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
+    profiles, _ = rows.scaled(coefficients)
+    # The mean is where the sum is smallest, so that its own change does not count.
+    mean = np.average(profiles, axis=0, weights=np.abs(rows.ranges(coefficients)))
+    return distance_to(mean, rows, coefficients)
+
+
+def distance_to(
+    spread: FloatArray, rows: Rows, coefficients: FloatArray
+) -> tuple[float, FloatArray]:
+    """Mean over j, m of ``|w_j| (p_j(m) - s(m))^2`` and its gradient at a fixed `s`.
+
+    Parameters
+    ----------
+    spread : ndarray, shape (M,) or (J, M)
+        The edge spread `s`, common or one for each profile.
+    rows : Rows
+        Profiles of one group.
+    coefficients : ndarray, shape (n + 1,)
+        Of the polynomial inverse response.
+    """
+    profiles, slopes = rows.scaled(coefficients)
+    weights = rows.ranges(coefficients)
+    residual = profiles - spread
+    each = np.sum(residual**2, axis=1)
+    bend = 2 * np.einsum("jm,jmk->jk", np.abs(weights)[:, None] * residual, slopes)
+    stretch = (np.sign(weights) * each)[:, None] * rows.range_powers
+    return float(np.abs(weights) @ each) / profiles.size, (bend + stretch).sum(0) / profiles.size

@@ -1,0 +1,108 @@
+"""The search for the coefficients of a polynomial response, shared by the paper's methods."""
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from .._typing import FloatArray
+from ..profiles.base import ProfileGroup
+from ..progress import Progress
+from . import polynomial
+from .rows import Rows
+
+Objective = Callable[[FloatArray], tuple[float, FloatArray]]
+GroupObjective = Callable[[Rows, FloatArray], tuple[float, FloatArray]]
+
+# Steps of BFGS; from the DoRF mean it needs 20 to 60.
+MOST_STEPS = 500
+# End of the search: the objective is a ratio of the order of 1e-2, known to 1e-4 at best.
+GRADIENT_TOLERANCE = 1e-5
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """End of a search: the coefficients `a`, the value of the objective, whether it ended."""
+
+    coefficients: FloatArray
+    value: float
+    converged: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """Eq. 10 of Kim et al. 2012: a data term over groups, a boundary and a monotone term."""
+
+    data: GroupObjective
+    boundary_weight: float
+    monotone_weight: float
+
+    def objective(self, rows: Sequence[Rows]) -> Objective:
+        """The sum of the terms and its gradient, a function of the coefficients.
+
+        The groups count by their number of profiles.
+        """
+        shares = np.array([len(r.group) for r in rows], dtype=float)
+        shares /= shares.sum()
+
+        def value_and_gradient(coefficients: FloatArray) -> tuple[float, FloatArray]:
+            ends, ends_slope = polynomial.boundary(coefficients)
+            falls, falls_slope = polynomial.falling_steps(coefficients)
+            total = self.boundary_weight * ends + self.monotone_weight * falls
+            slope = self.boundary_weight * ends_slope + self.monotone_weight * falls_slope
+            for share, group in zip(shares, rows, strict=True):
+                data, data_slope = self.data(group, coefficients)
+                total += share * data
+                slope = slope + share * data_slope
+            return total, slope
+
+        return value_and_gradient
+
+
+def search(objective: Objective, start: FloatArray) -> Found:
+    """Minimize an objective of the coefficients by BFGS, from `start`."""
+    change = polynomial.orthonormal(start.size - 1)
+
+    def changed(c: FloatArray) -> tuple[float, FloatArray]:
+        value, slope = objective(change @ c)
+        return value, slope @ change
+
+    end = minimize(
+        changed,
+        np.linalg.solve(change, start),
+        jac=True,
+        method="BFGS",
+        options={"maxiter": MOST_STEPS, "gtol": GRADIENT_TOLERANCE},
+    )
+    # Status 2 is a line search that cannot improve any further: the minimum, to rounding.
+    ended = end.status in (0, 2)
+    return Found(change @ end.x, float(end.fun), ended and polynomial.rises(change @ end.x))
+
+
+def resampling(
+    terms: Terms, groups: Sequence[ProfileGroup], found: Found, resamples: int
+) -> Generator[Progress, None, FloatArray]:
+    """Coefficients found again from edges drawn with replacement, shape (R, n + 1).
+
+    The bootstrap of Efron (1979) over the edges of each group; the seed is fixed, so that the
+    same profiles give the same band. Searches that end nowhere are left out.
+    """
+    random = np.random.default_rng(0)
+    degree = found.coefficients.size - 1
+    again = []
+    for number in range(resamples):
+        yield Progress("band of the response", number, resamples)
+        objective = terms.objective([Rows(_redraw(g, random), degree) for g in groups])
+        one = search(objective, found.coefficients)
+        if one.converged:
+            again.append(one.coefficients)
+    return np.array(again).reshape(len(again), degree + 1)
+
+
+def _redraw(group: ProfileGroup, random: np.random.Generator) -> ProfileGroup:
+    """As many edges drawn with replacement; the channels of an edge stay together."""
+    edges = np.array([(source.image, source.edge) for source in group.sources])
+    distinct, number = np.unique(edges, axis=0, return_inverse=True)
+    drawn = random.integers(len(distinct), size=len(distinct))
+    return group.select(np.concatenate([np.flatnonzero(number == edge) for edge in drawn]))

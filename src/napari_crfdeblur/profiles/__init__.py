@@ -1,0 +1,20 @@
+"""The stage from edges to profiles: intensity across each edge, grouped by orientation."""
+
+from .align import Alignment, CommonShape, EndPoints
+from .base import ProfileGroup, ProfileSource, of_channel
+from .group import ByOrientation, ByPolarity, Grouping
+from .sample import Channels, sample_profiles
+
+__all__ = [
+    "Alignment",
+    "ByOrientation",
+    "ByPolarity",
+    "Channels",
+    "CommonShape",
+    "EndPoints",
+    "Grouping",
+    "ProfileGroup",
+    "ProfileSource",
+    "of_channel",
+    "sample_profiles",
+]

@@ -1,0 +1,114 @@
+"""Which edges belong together: those that see the same projection of the PSF."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from math import pi, radians
+
+import numpy as np
+
+from .._typing import FloatArray
+from .base import ProfileGroup
+
+
+class Grouping(ABC):
+    """A rule by which profiles are put together in one group.
+
+    Two edges whose normals differ by an angle `a` see, of a PSF of extent `e`, projections
+    that differ by up to ``a e / 2`` pixels: 3 degrees are half a pixel at 20.
+
+    Attributes
+    ----------
+    tolerance : float
+        Largest angle between an edge and the orientation of its group, radians.
+    """
+
+    tolerance: float
+
+    @abstractmethod
+    def split(self, group: ProfileGroup) -> list[ProfileGroup]:
+        """Groups into which all profiles of one orientation are divided."""
+
+
+@dataclass(frozen=True, slots=True)
+class ByOrientation(Grouping):
+    """One group for each orientation, with rising and falling profiles together.
+
+    Sampled in one direction, both have the same shape, the falling ones with a negative
+    range: together they say more about the response than apart.
+    """
+
+    tolerance: float = field(default=radians(3))
+
+    def __post_init__(self) -> None:
+        check_tolerance(self.tolerance)
+
+    def split(self, group: ProfileGroup) -> list[ProfileGroup]:
+        """The group itself."""
+        return [group]
+
+
+@dataclass(frozen=True, slots=True)
+class ByPolarity(Grouping):
+    """Rising and falling profiles apart, as in Kim et al. 2012, 4.1."""
+
+    tolerance: float = field(default=radians(3))
+
+    def __post_init__(self) -> None:
+        check_tolerance(self.tolerance)
+
+    def split(self, group: ProfileGroup) -> list[ProfileGroup]:
+        """The rising and the falling profiles; a side without any is left out."""
+        rises = group.sides[:, 1] > group.sides[:, 0]
+        return [
+            replace(group.select(rows), polarity=sign)
+            for rows, sign in ((rises, 1), (~rises, -1))
+            if rows.any()
+        ]
+
+
+def check_tolerance(tolerance: float) -> None:
+    """Raise ValueError unless the angle is positive and less than a right angle."""
+    if not 0 < tolerance < pi / 2:
+        raise ValueError(f"expected a tolerance in (0, pi/2) radians, got {tolerance}")
+
+
+@dataclass(frozen=True, slots=True)
+class Cluster:
+    """Edges of one orientation: its angle in [0, pi), the members by number."""
+
+    orientation: float
+    members: tuple[int, ...]
+
+
+def cluster(
+    orientations: Sequence[float], weights: Sequence[float], tolerance: float
+) -> list[Cluster]:
+    """Put orientations together, the heaviest window of twice the tolerance first.
+
+    Angles are compared modulo pi: 179.5 and 0.5 degrees are one degree apart.
+    """
+    angle, weight = np.asarray(orientations, dtype=float), np.asarray(weights, dtype=float)
+    left = np.arange(len(angle))
+    found = []
+    while len(left):
+        near = difference(angle[left][:, None], angle[left]) <= tolerance
+        best = int((near * weight[left]).sum(axis=1).argmax())
+        members = left[near[best]]
+        mean = circular_mean(angle[members], weight[members])
+        # Only those that are also near the mean, so that the tolerance means what it says.
+        members = members[difference(angle[members], mean) <= tolerance]
+        found.append(Cluster(mean, tuple(int(i) for i in members)))
+        left = np.setdiff1d(left, members)
+    return found
+
+
+def difference(a: FloatArray, b: FloatArray | float) -> FloatArray:
+    """Angle between two orientations, in [0, pi/2]."""
+    return np.abs((a - b + pi / 2) % pi - pi / 2)
+
+
+def circular_mean(angle: FloatArray, weight: FloatArray) -> float:
+    """Weighted mean orientation in [0, pi), from the mean of the doubled angles."""
+    mean = float(np.angle((weight * np.exp(2j * angle)).sum()) / 2) % pi
+    return 0.0 if mean >= pi else mean  # the remainder can round up to pi itself

@@ -1,0 +1,24 @@
+"""Point spread functions: shapes, what they do to edges, and how to find them."""
+
+from .base import PsfEstimate, PsfEstimator, PsfStatus, as_psf, estimate_psf, estimating_psf
+from .given import GivenPsf
+from .projection import project
+from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
+
+__all__ = [
+    "GivenPsf",
+    "PsfEstimate",
+    "PsfEstimator",
+    "PsfStatus",
+    "as_psf",
+    "camera_shake",
+    "delta",
+    "disk",
+    "estimate_psf",
+    "estimating_psf",
+    "gaussian",
+    "kernel_a",
+    "kernel_b",
+    "line",
+    "project",
+]

@@ -1,0 +1,252 @@
+"""How good a result is: of a response, of a PSF, of a deblurred photo."""
+
+import numpy as np
+from scipy import ndimage, signal
+
+from ._typing import BoolArray, FloatArray, Image
+from .errors import CrfDeblurError
+from .photo import check_image, color, luminance, to_unit
+from .response import ResponseCurve
+
+STEPS = 257  # intensities at which curves are compared
+
+
+def response_error(
+    curve: ResponseCurve, truth: ResponseCurve, covered: tuple[float, float] = (0.0, 1.0)
+) -> float:
+    """Error of an estimated response, as far as a deconvolution can notice it.
+
+    Root mean square of ``a g(I) + b - g_true(I)`` over the covered intensities, with the
+    best `a` and `b`: an affine change of the irradiance leaves a deconvolution the same.
+
+    Parameters
+    ----------
+    curve, truth : ResponseCurve
+        The estimate and the true response.
+    covered : (float, float)
+        Range of intensity over which they are compared, within [0, 1].
+
+    Returns
+    -------
+    float
+        In units of the true irradiance, 0 to 1.
+    """
+    low, high = covered
+    if not 0 <= low < high <= 1:
+        raise ValueError(f"expected a range within [0, 1], got {low} to {high}")
+    intensity = np.linspace(low, high, STEPS)
+    estimate = curve.to_irradiance(intensity)
+    design = np.stack([estimate, np.ones(STEPS)], axis=1)
+    target = truth.to_irradiance(intensity)
+    (a, b), *_ = np.linalg.lstsq(design, target, rcond=None)
+    return _rms(a * estimate + b - target)
+
+
+def response_error_full(curve: ResponseCurve, truth: ResponseCurve) -> tuple[float, float]:
+    """Root mean square and largest error of the inverse response on [0, 1], both ends fixed.
+
+    This counts the part of the curve that no edge has shown, too.
+    """
+    intensity = np.linspace(0, 1, STEPS)
+    error = curve.to_irradiance(intensity) - truth.to_irradiance(intensity)
+    return _rms(error), float(np.abs(error).max())
+
+
+def psnr(image: Image, truth: Image, *, border: int = 16) -> float:
+    """Peak signal-to-noise ratio in dB after the best shift, ``-10 log10(mean (a - b)^2)``.
+
+    A blind deconvolution is free to shift the image together with its PSF.
+
+    Parameters
+    ----------
+    image, truth : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        Photos of any kind, of one shape; alpha is ignored.
+    border : int
+        Pixels left out at each border; also the largest shift that is tried.
+
+    Returns
+    -------
+    float
+        Infinity for identical images.
+    """
+    image, truth = aligned(image, truth, border=border)
+    error = _rms(image - truth)
+    return float("inf") if error == 0 else float(-20 * np.log10(error))
+
+
+def ssim(image: Image, truth: Image, *, border: int = 16) -> float:
+    """Structural similarity (Wang et al. 2004) after the best shift; 1 for identical images.
+
+    Parameters are those of :func:`psnr`; colour is the mean over the channels.
+    """
+    a, b = aligned(image, truth, border=border)
+    mean_a, mean_b = _smooth(a), _smooth(b)
+    spread = _smooth(a * a) - mean_a**2 + _smooth(b * b) - mean_b**2
+    together = _smooth(a * b) - mean_a * mean_b
+    c1, c2 = 0.01**2, 0.03**2  # the constants of the paper, for a full scale of 1
+    similarity = (2 * mean_a * mean_b + c1) * (2 * together + c2)
+    similarity /= (mean_a**2 + mean_b**2 + c1) * (spread + c2)
+    return float(similarity[5:-5, 5:-5].mean())  # windows of 11 pixels that lie inside
+
+
+def aligned(image: Image, truth: Image, *, border: int = 16) -> tuple[FloatArray, FloatArray]:
+    """Shift an image onto the truth, to a fraction of a pixel, and crop both.
+
+    Parameters
+    ----------
+    image, truth : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        Photos of any kind, of one shape; alpha is ignored.
+    border : int
+        Pixels left out at each border; also the largest shift that is tried.
+
+    Returns
+    -------
+    tuple of ndarray, shape (M - 2 border, N - 2 border) or (..., 3)
+        Intensity of the shifted image and of the truth, float64.
+    """
+    check_image(image)
+    check_image(truth)
+    if image.shape != truth.shape:
+        raise ValueError(f"expected images of one shape, got {image.shape} and {truth.shape}")
+    if border < 0 or min(image.shape[:2]) < 2 * border + 8:
+        raise ValueError(f"expected a border that leaves 8 pixels of {image.shape}, got {border}")
+    moving, fixed = (to_unit(color(i)).astype(np.float64) for i in (image, truth))
+    if border == 0:
+        return moving, fixed
+    shift = _best_shift(luminance(image), luminance(truth), border)
+    inner = (slice(border, -border),) * 2
+    whole = _moved(moving, np.rint(shift), order=0)[inner]
+    finer = _moved(moving, shift, order=3)[inner]
+    target = fixed[inner]
+    # Interpolation smooths; keep it only where it brings the image closer.
+    return (finer if _rms(finer - target) < _rms(whole - target) else whole), target
+
+
+def kernel_similarity(a: FloatArray, b: FloatArray) -> float:
+    """Similarity of two PSFs: their greatest normalised cross-correlation over all shifts.
+
+    ``max over s of sum_x a(x) b(x + s) / (|a| |b|)`` (Hu & Yang, ECCV 2012).
+
+    Parameters
+    ----------
+    a, b : ndarray, shapes (H, W) and (K, L)
+        PSFs of any size and scale.
+
+    Returns
+    -------
+    float
+        1 for the same shape, 0 for shapes that never meet.
+    """
+    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
+    if a.ndim != 2 or b.ndim != 2 or not (a.any() and b.any()):
+        raise ValueError(f"expected two PSFs that are not zero, got {a.shape} and {b.shape}")
+    peak = signal.correlate(a, b, method="fft").max()
+    return float(np.clip(peak / (np.linalg.norm(a) * np.linalg.norm(b)), 0, 1))
+
+
+def ringing(restored: Image, blurred: Image, *, extent: int = 31) -> float:
+    """How much a deblurred image oscillates across the isolated edges of its blurred one.
+
+    Where the blurred image rises steadily from one level to another, the sharp one has a
+    single step; up and down beyond it is ringing. With `n` the direction of the rise, sums
+    over all windows `W` around such edges give ::
+
+        sum (mean_W |n . grad R| - |mean_W n . grad R|) / sum |mean_W n . grad R|
+
+    In the spirit of Liu et al. 2013, no sharp image is needed. Noise counts, too, as far as
+    smoothing by 1 pixel leaves it: compare results of one photo and one amount of noise.
+
+    Parameters
+    ----------
+    restored, blurred : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        The deblurred image and what it was made of, both linear or both as recorded.
+    extent : int
+        Extent of the PSF in pixels; the windows are twice as large.
+
+    Returns
+    -------
+    float
+        0 without ringing; 1 where ups and downs double the way from side to side.
+
+    Raises
+    ------
+    CrfDeblurError
+        No isolated edge.
+    """
+    if restored.shape != blurred.shape:
+        raise ValueError(f"expected images of one shape, got {restored.shape} and {blurred.shape}")
+    if extent < 1:
+        raise ValueError(f"expected an extent of at least 1 pixel, got {extent}")
+    window = 2 * extent + 1
+    rise = _gradient(luminance(blurred))
+    net, path = _window_mean(rise, window), _window_mean(np.hypot(*rise), window)
+    height = np.hypot(*net)
+    isolated = (height > 0.9 * path) & (height * window > 0.1)
+    isolated &= _interior(height.shape, window)
+    if not isolated.any():
+        raise CrfDeblurError("the image has no isolated edge; choose a region around one")
+    direction = net / np.maximum(height, 1e-12)
+    slopes = _gradient(luminance(restored))
+    # The direction varies slowly: that of the middle of a window serves all its pixels.
+    across = (direction * slopes).sum(axis=0)
+    step = np.abs(_window_mean(across, window))[isolated].sum()
+    return float(_window_mean(np.abs(across), window)[isolated].sum() / step - 1)
+
+
+def _rms(values: FloatArray) -> float:
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+def _best_shift(moving: FloatArray, fixed: FloatArray, reach: int) -> FloatArray:
+    """Shift (rows, columns), within `reach`, that brings `moving` closest to `fixed`."""
+    whole = _whole_shift(moving, fixed, reach)
+    inner = (slice(reach, -reach),) * 2
+    shift = whole
+    for _ in range(2):  # Gauss-Newton on the sum of squares; starts within half a pixel
+        current = _moved(moving, shift, order=3)
+        slopes = np.stack([np.gradient(current, axis=a)[inner].ravel() for a in (0, 1)])
+        error = (current - fixed)[inner].ravel()
+        step, *_ = np.linalg.lstsq(slopes @ slopes.T, slopes @ error, rcond=None)
+        shift = np.clip(shift + step, whole - 1, whole + 1)
+    return np.clip(shift, -reach, reach)
+
+
+def _whole_shift(moving: FloatArray, fixed: FloatArray, reach: int) -> FloatArray:
+    """Whole-pixel shift of least squared difference to the inner part of `fixed`."""
+    level = float(fixed.mean())
+    search = moving.astype(np.float64) - level
+    inner = fixed[reach:-reach, reach:-reach].astype(np.float64) - level
+    product = signal.correlate(search, inner, mode="valid", method="fft")
+    energy = signal.correlate(search**2, np.ones_like(inner), mode="valid", method="fft")
+    best = np.unravel_index(np.argmin(energy - 2 * product), product.shape)
+    return reach - np.array(best, dtype=np.float64)
+
+
+def _moved(image: FloatArray, shift: FloatArray, *, order: int) -> FloatArray:
+    rest = np.zeros(image.ndim - 2)
+    moved: FloatArray = ndimage.shift(image, [*shift, *rest], order=order, mode="nearest")
+    return moved
+
+
+def _smooth(image: FloatArray) -> FloatArray:
+    """Gaussian windows of 11 x 11 pixels, as Wang et al. weight them."""
+    mean: FloatArray = ndimage.gaussian_filter(image, 1.5, truncate=3.5, axes=(0, 1))
+    return mean
+
+
+def _gradient(plane: FloatArray) -> FloatArray:
+    """Gradient, shape (2, M, N), of the plane smoothed by 1 pixel."""
+    return np.stack([ndimage.gaussian_filter(plane, 1, order=o) for o in ((1, 0), (0, 1))])
+
+
+def _window_mean(values: FloatArray, window: int) -> FloatArray:
+    """Mean over square windows of the last two axes."""
+    mean: FloatArray = ndimage.uniform_filter(values, window, axes=(-2, -1))
+    return mean
+
+
+def _interior(shape: tuple[int, ...], window: int) -> BoolArray:
+    """Where windows lie inside an image."""
+    mask = np.zeros(shape, dtype=bool)
+    mask[window // 2 : -(window // 2), window // 2 : -(window // 2)] = True
+    return mask

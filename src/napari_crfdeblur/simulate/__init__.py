@@ -1,0 +1,17 @@
+"""The path run forwards: scene, blur, response, noise, quantisation."""
+
+from .camera import Camera, Simulated, simulate
+from .profiles import ProfileCase, random_profiles
+from .scenes import Scene, TrueEdge, slanted_edges, step_image
+
+__all__ = [
+    "Camera",
+    "ProfileCase",
+    "Scene",
+    "Simulated",
+    "TrueEdge",
+    "random_profiles",
+    "simulate",
+    "slanted_edges",
+    "step_image",
+]

@@ -1,0 +1,181 @@
+"""From a scene to a photo: blur, noise, response, quantisation, compression."""
+
+from dataclasses import dataclass
+from io import BytesIO
+from math import inf
+
+import numpy as np
+
+from .. import fourier
+from .._typing import FloatArray, Image
+from ..photo import from_unit
+from ..psf.base import as_psf
+from ..response import ResponseCurve
+from .scenes import Scene, TrueEdge
+
+
+@dataclass(frozen=True, slots=True)
+class Camera:
+    """A camera: ``B = f(E + n)``, rounded to integers (Kim et al. 2012).
+
+    The noise `n` is Gaussian with variance ``noise^2 + E / photons`` and enters before the
+    response `f`.
+
+    Parameters
+    ----------
+    response : ResponseCurve
+        `f`, one for all channels.
+    noise : float
+        Standard deviation of the read noise, in irradiance.
+    photons : float
+        Photons that make irradiance 1; infinity for no photon noise.
+    bits : int or None
+        8 or 16; None records float32 without rounding.
+    jpeg : int or None
+        Quality, 1 to 100, of JPEG compression (colour at half resolution); 8 bits only.
+    """
+
+    response: ResponseCurve
+    noise: float = 0.0
+    photons: float = inf
+    bits: int | None = 8
+    jpeg: int | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.noise < inf:
+            raise ValueError(f"expected noise of 0 or more, got {self.noise}")
+        if not self.photons > 0:
+            raise ValueError(f"expected a positive number of photons, got {self.photons}")
+        if self.bits not in (8, 16, None):
+            raise ValueError(f"expected 8 or 16 bits or None, got {self.bits}")
+        if self.jpeg is not None and not (self.bits == 8 and 1 <= self.jpeg <= 100):
+            raise ValueError(
+                f"expected a JPEG quality of 1 to 100 with 8 bits, "
+                f"got {self.jpeg} with {self.bits}"
+            )
+
+    @property
+    def dtype(self) -> np.dtype[np.generic]:
+        """Kind of number of its photos."""
+        return np.dtype(np.float32 if self.bits is None else f"uint{self.bits}")
+
+    @property
+    def step(self) -> float:
+        """Difference between two neighbouring recorded intensities; 0 without rounding."""
+        return 0.0 if self.bits is None else 1 / (2**self.bits - 1)
+
+    def expose(self, irradiance: FloatArray, rng: np.random.Generator) -> Image:
+        """Record light as a photo of its shape, without compression."""
+        return from_unit(self.response.to_intensity(self.noisy(irradiance, rng)), self.dtype)
+
+    def noisy(self, irradiance: FloatArray, rng: np.random.Generator) -> FloatArray:
+        """Light with the noise of one exposure, shape of `irradiance`; can leave [0, 1]."""
+        deviation = np.sqrt(self.noise_variance(irradiance)).astype(np.float32)
+        if not deviation.any():
+            return irradiance
+        return irradiance + deviation * rng.standard_normal(irradiance.shape, dtype=np.float32)
+
+    def noise_variance(self, irradiance: FloatArray) -> FloatArray:
+        """Variance of the noise, in irradiance, where the light is `irradiance`."""
+        return np.asarray(self.noise**2 + np.maximum(irradiance, 0) / self.photons)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Simulated:
+    """A simulated photo together with everything that made it.
+
+    Parameters
+    ----------
+    photo : ndarray, shape (M, N) or (M, N, 3)
+        The blurred, noisy recording: uint8, uint16 or float32.
+    sharp : ndarray, shape of `photo`
+        The same without blur and noise, through the same response: what to hope for.
+    sharp_linear, blurred_linear : ndarray, shape of `photo`
+        Irradiance before the response without blur, and with it but without noise; float32.
+    psf : ndarray, shape (H, W)
+        The blur, both sides odd, sum 1.
+    camera : Camera
+        The camera, with the true response.
+    edges : tuple of TrueEdge
+        The edges of the scene, in pixels of the photo; they can reach beyond it.
+    seed : int
+        Seed of the noise.
+    """
+
+    photo: Image
+    sharp: Image
+    sharp_linear: FloatArray
+    blurred_linear: FloatArray
+    psf: FloatArray
+    camera: Camera
+    edges: tuple[TrueEdge, ...]
+    seed: int
+
+    def __post_init__(self) -> None:
+        for name in ("photo", "sharp", "sharp_linear", "blurred_linear", "psf"):
+            getattr(self, name).setflags(write=False)
+
+
+def simulate(scene: Scene, psf: FloatArray, camera: Camera, *, seed: int = 0) -> Simulated:
+    """Take a blurred photo of a scene.
+
+    Only pixels whose blur is known in full are kept, so that the borders are those of a real
+    photo: it is smaller than the scene by the PSF, ``(M - H + 1, N - W + 1)``.
+
+    Parameters
+    ----------
+    scene : Scene
+        What the camera looks at, shape (M, N) or (M, N, 3).
+    psf : ndarray, shape (H, W)
+        Point spread function, non-negative; scaled to sum 1, origin at ``side // 2``.
+    camera : Camera
+        How the light is recorded.
+    seed : int
+        Seed of the noise: the same seed gives the same photo.
+    """
+    psf = as_psf(psf)
+    if psf.shape[0] > scene.linear.shape[0] or psf.shape[1] > scene.linear.shape[1]:
+        raise ValueError(
+            f"expected a scene larger than the PSF {psf.shape}, got {scene.linear.shape}"
+        )
+    reach = psf.shape[0] // 2, psf.shape[1] // 2
+    sharp = _inner(scene.linear, reach).copy()
+    blurred = _inner(_blur(scene.linear, psf), reach).copy()
+    photo = camera.expose(blurred, np.random.default_rng(seed))
+    return Simulated(
+        photo=photo if camera.jpeg is None else _compressed(photo, camera.jpeg),
+        sharp=from_unit(camera.response.to_intensity(sharp), camera.dtype),
+        sharp_linear=sharp,
+        blurred_linear=blurred,
+        psf=psf,
+        camera=camera,
+        edges=tuple(edge.moved(-reach[0], -reach[1]) for edge in scene.edges),
+        seed=seed,
+    )
+
+
+def _inner(image: FloatArray, reach: tuple[int, int]) -> FloatArray:
+    rows, columns = image.shape[:2]
+    return image[reach[0] : rows - reach[0], reach[1] : columns - reach[1]]
+
+
+def _blur(linear: FloatArray, psf: FloatArray) -> FloatArray:
+    """Circular convolution of every channel; right where the PSF does not reach a border."""
+    shape = fourier.fast_shape((linear.shape[0], linear.shape[1]))
+    transfer = fourier.otf(psf, shape)
+    blurred = np.empty_like(linear)
+    for channel in np.ndindex(linear.shape[2:]):
+        plane = np.zeros(shape, dtype=np.float32)
+        plane[: linear.shape[0], : linear.shape[1]] = linear[:, :, *channel]
+        spectrum = fourier.forward(plane) * transfer
+        result = fourier.inverse(spectrum, shape)
+        blurred[:, :, *channel] = result[: linear.shape[0], : linear.shape[1]]
+    return np.clip(blurred, 0, 1, out=blurred)  # rounding can leave it by 1e-7
+
+
+def _compressed(photo: Image, quality: int) -> Image:
+    from PIL import Image as Pillow
+
+    stream = BytesIO()
+    Pillow.fromarray(photo).save(stream, format="JPEG", quality=quality)
+    return np.array(Pillow.open(stream))
