@@ -1,0 +1,77 @@
+"""Estimate a camera's response from a blurred photo, and deblur it in linear light.
+
+One verb per stage: :func:`find_edges`, :func:`sample_profiles`, :func:`estimate_response`,
+:func:`linearize`, :func:`estimate_psf`, :func:`deconvolve`, :func:`reapply`; and
+:func:`deblur` for the whole path. Each stage's methods are objects of its module, for example
+``napari_crfdeblur.deconvolve.HyperLaplacian``.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from ._version import __version__
+
+if TYPE_CHECKING:
+    from .deconvolve import deconvolve
+    from .edges import Edge, find_edges, refine_edges
+    from .errors import CrfDeblurError
+    from .estimate import ResponseEstimate, estimate_response
+    from .linear import linearize, reapply
+    from .pipeline import Deblurred, DeblurOptions, deblur
+    from .profiles import ProfileGroup, sample_profiles
+    from .psf import PsfEstimate, estimate_psf
+    from .response import ResponseCurve
+
+__all__ = [
+    "CrfDeblurError",
+    "DeblurOptions",
+    "Deblurred",
+    "Edge",
+    "ProfileGroup",
+    "PsfEstimate",
+    "ResponseCurve",
+    "ResponseEstimate",
+    "__version__",
+    "deblur",
+    "deconvolve",
+    "estimate_psf",
+    "estimate_response",
+    "find_edges",
+    "linearize",
+    "reapply",
+    "refine_edges",
+    "sample_profiles",
+]
+
+# Where each name comes from; loaded on first use, so that the command starts at once.
+_HOMES = {
+    "CrfDeblurError": "errors",
+    "DeblurOptions": "pipeline",
+    "Deblurred": "pipeline",
+    "Edge": "edges",
+    "ProfileGroup": "profiles",
+    "PsfEstimate": "psf",
+    "ResponseCurve": "response",
+    "ResponseEstimate": "estimate",
+    "deblur": "pipeline",
+    "deconvolve": "deconvolve",
+    "estimate_psf": "psf",
+    "estimate_response": "estimate",
+    "find_edges": "edges",
+    "linearize": "linear",
+    "reapply": "linear",
+    "refine_edges": "edges",
+    "sample_profiles": "profiles",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return __all__

@@ -1,5 +1,6 @@
 """Fast convolution: sizes that transform fast, transfer functions, transforms of planes."""
 
+from collections.abc import Iterator
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,6 +11,8 @@ from ._typing import FloatArray
 
 ComplexArray: TypeAlias = NDArray[np.complexfloating[Any]]
 Shape: TypeAlias = tuple[int, int]
+
+BLOCK = 1 << 16  # elements that are worked on at a time, so that they stay in the cache
 
 
 def fast_shape(shape: Shape) -> Shape:
@@ -57,3 +60,25 @@ def power(spectrum: ComplexArray) -> FloatArray:
     squared: FloatArray = np.square(spectrum.real)
     squared += np.square(spectrum.imag)
     return squared
+
+
+def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
+    """Rows of a plane in blocks that fit the cache, for a series of elementwise steps."""
+    height = max(1, BLOCK // shape[1])
+    for start in range(0, shape[0], height):
+        yield slice(start, min(start + height, shape[0]))
+
+
+def convolve(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
+    """Circular convolution of a plane with the PSF of this transfer function."""
+    spectrum = forward(plane)
+    spectrum *= transfer
+    return inverse(spectrum, plane.shape)
+
+
+def correlate(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
+    """Circular correlation with the PSF: the adjoint of :func:`convolve`."""
+    spectrum = forward(plane)
+    for block in row_blocks(spectrum.shape):
+        spectrum[block] *= np.conj(transfer[block])
+    return inverse(spectrum, plane.shape)

@@ -1,6 +1,5 @@
 """Deconvolution with a hyper-Laplacian prior: few transforms, edges kept sharp."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -8,14 +7,13 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..boundary import extend
-from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power
+from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import contrast, relative_noise
 
-WEIGHT_OF_NOISE = 5.0
+WEIGHT_OF_NOISE = 4.0
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
-BLOCK = 1 << 16  # pixels that are worked on at a time, so that they stay in the cache
 TABLE_SIZE = 1 << 13
 TABLE_SPAN = 32  # thresholds: above it shrinkage takes less than half a percent
 
@@ -87,12 +85,6 @@ def _correlated(plane: FloatArray, transfer: ComplexArray) -> ComplexArray:
     return spectrum
 
 
-def _blocks(shape: tuple[int, ...]) -> Iterator[slice]:
-    height = max(1, BLOCK // shape[1])
-    for start in range(0, shape[0], height):
-        yield slice(start, min(start + height, shape[0]))
-
-
 def _solve(
     spectrum: ComplexArray, blurred: ComplexArray, gain: FloatArray, width: int, coupling: float
 ) -> None:
@@ -101,7 +93,7 @@ def _solve(
     `V` is the spectrum of ``D^T v`` and `c` is ``w beta``; `width` that of the plane.
     """
     rows, columns = gradient_power((gain.shape[0], width), gain.dtype)
-    for block in _blocks(gain.shape):
+    for block in row_blocks(gain.shape):
         inverse_gain = coupling * (rows[block, None] + columns)
         inverse_gain += gain[block]
         np.reciprocal(inverse_gain, out=inverse_gain)
@@ -115,7 +107,7 @@ def _shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:
     """Replace a periodic plane `x` by ``D^T v``, `v` its shrunk gradient, block by block."""
     first = plane[:1].copy()
     above = _shrunk(first - plane[-1:], beta, exponent)
-    for block in _blocks(plane.shape):
+    for block in row_blocks(plane.shape):
         part = plane[block]
         across = np.empty_like(part)
         np.subtract(part[:, 1:], part[:, :-1], out=across[:, :-1])
@@ -146,7 +138,7 @@ def _shrunk(values: FloatArray, beta: float, exponent: float) -> FloatArray:
 
 def _threshold(beta: float, exponent: float) -> float:
     """Largest value that shrinks to zero, where both minima of Eq. 5 are equally deep."""
-    smallest = (2 * (1 - exponent) / beta) ** (1 / (2 - exponent))
+    smallest: float = (2 * (1 - exponent) / beta) ** (1 / (2 - exponent))
     return smallest * (2 - exponent) / (2 * (1 - exponent))
 
 

@@ -23,16 +23,23 @@ def noise_level(plane: FloatArray) -> float:
     """
     if min(plane.shape) < 3:
         return 0.0
-    every = 1 + plane.size // SAMPLES
+    every = _every(plane)
     rows = plane[:-2:every] - 2 * plane[1:-1:every] + plane[2::every]
     detail = np.abs(rows[:, :-2] - 2 * rows[:, 1:-1] + rows[:, 2:])
     detail = detail[detail > 0]
     return float(np.median(detail)) / (6 * 0.6745) if detail.size else 0.0
 
 
+def _every(plane: FloatArray) -> int:
+    """Step between the rows that are used, so that they hold about `SAMPLES` pixels."""
+    return 1 + plane.size // SAMPLES
+
+
 def contrast(plane: FloatArray) -> float:
     """Four standard deviations: the full scale that a typical picture of it would have."""
-    return 4 * float(plane.std(dtype=np.float64)) or 1.0
+    spread = 4 * float(plane[:: _every(plane)].std(dtype=np.float64))
+    # a constant plane has only the rounding of its mean, and no scale
+    return spread if spread > 1e-7 * float(np.abs(plane[0, 0])) else 1.0
 
 
 def relative_noise(plane: FloatArray) -> float:

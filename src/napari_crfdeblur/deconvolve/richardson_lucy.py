@@ -6,9 +6,11 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..boundary import periodic_shape
-from ..fourier import ComplexArray, forward, inverse, otf
+from ..fourier import ComplexArray, Shape, convolve, correlate, otf, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
+
+LEAST_SEEN = 1e-3  # share of a scene pixel's light that must reach the frame
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,35 +40,48 @@ class RichardsonLucy(Deconvolver):
         Negative values of the plane count as zero.
         """
         yield Progress("Richardson-Lucy", 0, self.iterations)
-        shape = periodic_shape(plane.shape, psf.shape)
-        frame = np.s_[: plane.shape[0], : plane.shape[1]]
-        transfer = otf(psf, shape, plane.dtype)
-        mirrored = np.conj(transfer)
-        blurred = np.maximum(plane, 0)
-        level = float(blurred.mean())
-        seen = _seen(shape, plane, mirrored)
-        sharp = np.full(shape, level, dtype=plane.dtype)
+        transfer = otf(psf, periodic_shape(plane.shape, psf.shape), plane.dtype)
+        seen, sharp = _start(plane, periodic_shape(plane.shape, psf.shape), transfer)
         for done in range(self.iterations):
-            predicted = _convolve(sharp, transfer)
-            ratio = np.zeros(shape, dtype=plane.dtype)
-            floor = max(1e-6 * level, float(np.finfo(plane.dtype).tiny))
-            np.divide(blurred, np.maximum(predicted[frame], floor), out=ratio[frame])
-            correction = _convolve(ratio, mirrored)
-            correction /= seen
-            sharp *= np.maximum(correction, 0, out=correction)
+            ratio = convolve(sharp, transfer)
+            _divide(plane, ratio)
+            correction = correlate(ratio, transfer)
+            del ratio  # the memory of one plane
+            _multiply(sharp, correction, seen)
             yield Progress("Richardson-Lucy", done + 1, self.iterations)
-        return sharp[frame].copy()
+        return sharp[: plane.shape[0], : plane.shape[1]].copy()
 
 
-def _seen(shape: tuple[int, int], plane: FloatArray, mirrored: ComplexArray) -> FloatArray:
-    """Share of the light of every scene pixel that falls into the frame."""
+def _start(
+    plane: FloatArray, shape: Shape, transfer: ComplexArray
+) -> tuple[FloatArray, FloatArray]:
+    """Share of the light of every scene pixel that falls into the frame; a flat scene."""
     mask = np.zeros(shape, dtype=plane.dtype)
     mask[: plane.shape[0], : plane.shape[1]] = 1
-    # hardly seen pixels would only amplify the rounding of the transforms
-    return np.maximum(_convolve(mask, mirrored), 1e-3)
+    seen = correlate(mask, transfer)
+    # scene pixels that are hardly seen would only amplify the rounding of the transforms
+    np.maximum(seen, LEAST_SEEN, out=seen)
+    mask[...] = max(float(plane.mean(dtype=np.float64)), float(np.finfo(plane.dtype).tiny))
+    return seen, mask
 
 
-def _convolve(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
-    spectrum = forward(plane)
-    spectrum *= transfer
-    return inverse(spectrum, plane.shape)
+def _divide(plane: FloatArray, predicted: FloatArray) -> None:
+    """Replace the prediction by ``m y / prediction``, 0 outside the frame."""
+    rows, columns = plane.shape
+    # dark pixels, where rounding could make the prediction zero or negative
+    floor = max(1e-6 * float(predicted.mean()), float(np.finfo(plane.dtype).tiny))
+    for block in row_blocks(plane.shape):
+        part = predicted[block, :columns]
+        np.maximum(part, floor, out=part)
+        np.divide(np.maximum(plane[block], 0), part, out=part)
+    predicted[rows:] = 0
+    predicted[:, columns:] = 0
+
+
+def _multiply(sharp: FloatArray, correction: FloatArray, seen: FloatArray) -> None:
+    """``x <- x max(correction, 0) / seen``, in place; rounding can make it negative."""
+    for block in row_blocks(sharp.shape):
+        part = correction[block]
+        np.maximum(part, 0, out=part)
+        part /= seen[block]
+        sharp[block] *= part

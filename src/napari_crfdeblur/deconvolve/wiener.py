@@ -11,7 +11,7 @@ from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import relative_noise
 
-WEIGHT_OF_NOISE = 100.0
+WEIGHT_OF_NOISE = 80.0
 
 
 @dataclass(frozen=True, slots=True)

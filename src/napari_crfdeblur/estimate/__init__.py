@@ -8,11 +8,13 @@ from .base import (
     estimating_response,
 )
 from .fitting import PolynomialFit
+from .given import GivenResponse
 from .known_psf import KnownPsf
 from .mean_profile import MeanProfile
 from .rank import RankMinimization, RowScale, Tail
 
 __all__ = [
+    "GivenResponse",
     "KnownPsf",
     "MeanProfile",
     "PolynomialFit",

@@ -3,6 +3,7 @@
 from .camera import Camera, Simulated, simulate
 from .profiles import ProfileCase, random_profiles
 from .scenes import Scene, TrueEdge, slanted_edges, step_image
+from .street import street
 
 __all__ = [
     "Camera",
@@ -14,4 +15,5 @@ __all__ = [
     "simulate",
     "slanted_edges",
     "step_image",
+    "street",
 ]

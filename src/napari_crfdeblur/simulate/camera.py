@@ -50,8 +50,7 @@ class Camera:
             raise ValueError(f"expected 8 or 16 bits or None, got {self.bits}")
         if self.jpeg is not None and not (self.bits == 8 and 1 <= self.jpeg <= 100):
             raise ValueError(
-                f"expected a JPEG quality of 1 to 100 with 8 bits, "
-                f"got {self.jpeg} with {self.bits}"
+                f"expected a JPEG quality of 1 to 100 with 8 bits, got {self.jpeg} with {self.bits}"
             )
 
     @property

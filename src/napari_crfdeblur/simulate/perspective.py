@@ -84,7 +84,7 @@ class Surface:
         origin = np.array([box[0], box[3]])
         outlines = [
             self.to_image(origin + (outline - [frame.x0, frame.y0]) * size)
-            for outline in path.to_polygons()
+            for outline in map(np.asarray, path.to_polygons())
         ]
         paint(self.canvas, outlines, self.light * light_of(color))
 

@@ -1,13 +1,15 @@
 """Anti-aliased drawing: polygons painted by the exact area that they cover of each pixel."""
 
 from collections.abc import Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._typing import FloatArray
 
-Slices = tuple[slice, slice]
+Slices: TypeAlias = tuple[slice, slice]
+IndexArray: TypeAlias = NDArray[np.integer[Any]]
 
 
 def paint(
@@ -62,42 +64,43 @@ def coverage(polygons: Sequence[FloatArray], shape: tuple[int, ...]) -> FloatArr
         float32 in [0, 1].
     """
     rows, columns = shape
-    total = np.zeros(rows * (columns + 1))
-    for polygon in polygons:
-        following = np.roll(polygon, -1, axis=0)
-        for start, end in zip(polygon, following, strict=True):
-            if start[0] != end[0]:
-                _add_segment(total, start, end, (rows, columns))
+    starts = np.concatenate(polygons)
+    ends = np.concatenate([np.roll(polygon, -1, axis=0) for polygon in polygons])
+    middle, height = _pieces(starts, ends)
+    row = np.floor(middle[:, 0]).astype(int)
+    column = np.clip(np.floor(middle[:, 1]).astype(int), 0, columns)
+    passed = np.clip(middle[:, 1] - column, 0, 1)  # left of the image: all pixels are passed
+    inside = (row >= 0) & (row < rows) & (column < columns)
+    cell = (row * (columns + 1) + column)[inside]
+    height, passed = height[inside], passed[inside]
+    size = rows * (columns + 1)
+    total = np.bincount(cell, height * (1 - passed), minlength=size)
+    total += np.bincount(cell + 1, height * passed, minlength=size)
     area = np.cumsum(total.reshape(rows, columns + 1), axis=1)[:, :-1]
     return np.minimum(np.abs(area), 1).astype(np.float32)
 
 
-def _add_segment(
-    total: FloatArray, start: FloatArray, end: FloatArray, shape: tuple[int, int]
-) -> None:
-    """Add one side of a polygon to the accumulator of rows of ``columns + 1`` cells."""
-    rows, columns = shape
-    cuts = np.concatenate([[0.0, 1.0], *map(_crossings, start, end)])
-    t = np.sort(cuts)[:, np.newaxis]
-    points = start + t * (end - start)
+def _pieces(starts: FloatArray, ends: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Cut sides, shape (S, 2), at all grid lines: middles (P, 2) and heights (P,) of the pieces."""
+    sides = np.arange(len(starts))
+    crossings = [_crossings(starts[:, axis], ends[:, axis]) for axis in (0, 1)]
+    side = np.concatenate([sides, sides, *(side for side, _ in crossings)])
+    t = np.concatenate([0.0 * sides, 0.0 * sides + 1, *(t for _, t in crossings)])
+    order = np.lexsort((t, side))
+    side, t = side[order], t[order, np.newaxis]
+    points = starts[side] + t * (ends - starts)[side]
+    together = side[1:] == side[:-1]
     middle, height = (points[1:] + points[:-1]) / 2, np.diff(points[:, 0])
-    row = np.floor(middle[:, 0]).astype(int)
-    column = np.clip(np.floor(middle[:, 1]).astype(int), 0, columns)
-    passed = np.clip(middle[:, 1] - column, 0, 1)  # pixels left of the image count as passed
-    inside = (row >= 0) & (row < rows) & (column < columns)
-    cell = (row * (columns + 1) + column)[inside]
-    height, passed = height[inside], passed[inside]
-    np.add.at(total, cell, height * (1 - passed))
-    np.add.at(total, cell + 1, height * passed)
+    return middle[together], height[together]
 
 
-def _crossings(start: float, end: float) -> FloatArray:
-    """Where on the way from `start` to `end`, as shares of it, a whole number is passed."""
-    low, high = sorted((start, end))
-    if high - low < 1e-12:  # a side along a grid line crosses none
-        return np.empty(0)
-    whole = np.arange(np.floor(low) + 1, np.ceil(high))
-    return np.asarray((whole - start) / (end - start))
+def _crossings(start: FloatArray, end: FloatArray) -> tuple[IndexArray, FloatArray]:
+    """Sides that pass whole numbers, and where on the way from `start` to `end`, as a share."""
+    first = np.floor(np.minimum(start, end)) + 1
+    count = np.maximum(np.ceil(np.maximum(start, end)) - first, 0).astype(int)
+    side = np.repeat(np.arange(start.size), count)
+    number = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
+    return side, (first[side] + number - start[side]) / (end - start)[side]
 
 
 def _bounding_box(polygons: Sequence[FloatArray], shape: tuple[int, ...]) -> Slices | None:

@@ -1,0 +1,72 @@
+"""Edges from and to JSON files: lines and rectangles that a user drew, or found edges."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..edges import Edge, Line, Rectangle
+from ..errors import CrfDeblurError
+from .files import check_input, check_output, write_text
+
+FORMAT, VERSION = "crfdeblur-edges", 1
+SUFFIXES = (".json",)
+
+
+def write_edges(path: Path, edges: Sequence[Edge]) -> None:
+    """Write edges with what is known of them as JSON, whole or not at all."""
+    check_output(path, SUFFIXES)
+    content = {"format": FORMAT, "version": VERSION, "edges": [_entry(e) for e in edges]}
+    write_text(path, json.dumps(content, indent=1) + "\n")
+
+
+def read_edges(path: Path) -> tuple[Line | Rectangle, ...]:
+    """Read where edges are: each has ``start`` and ``end``, or the 4 ``corners`` of a rectangle.
+
+    Points are [row, column] in pixels. Found edges that were rejected are passed over.
+
+    Raises
+    ------
+    CrfDeblurError
+        Missing, or not a file of edges.
+    """
+    check_input(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        entries = content["edges"] if content["format"] == FORMAT else None
+        if entries is None:
+            raise ValueError(f'"format" is not "{FORMAT}"')
+        lines = tuple(_line(e) for e in entries if e.get("status", "good") == "good")
+    except (UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError) as error:
+        raise CrfDeblurError(
+            f'{path}: not a file of edges ({error}); expected {{"format": "{FORMAT}", '
+            '"edges": [{"start": [row, column], "end": [row, column]}, ...]}'
+        ) from error
+    if not lines:
+        raise CrfDeblurError(f"{path}: no edges in it; leave out --edges to find them")
+    return lines
+
+
+def _entry(edge: Edge) -> dict[str, Any]:
+    return {
+        "start": list(edge.start),
+        "end": list(edge.end),
+        "orientation": edge.orientation,
+        "polarity": edge.polarity,
+        "width": edge.width,
+        "contrast": edge.contrast,
+        "status": edge.status.name.lower(),
+        "message": edge.status.value,
+    }
+
+
+def _line(entry: Any) -> Line | Rectangle:
+    if "corners" in entry:
+        first, second, third, fourth = (_point(p) for p in entry["corners"])
+        return Rectangle((first, second, third, fourth))
+    return Line(_point(entry["start"]), _point(entry["end"]))
+
+
+def _point(values: Any) -> tuple[float, float]:
+    row, column = (float(v) for v in values)
+    return row, column

@@ -1,0 +1,97 @@
+"""Files that are whole or not there: checked before the work, replaced in one step after it."""
+
+import os
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+from ..errors import CrfDeblurError
+
+
+def check_input(path: Path) -> None:
+    """Refuse a file that is missing, is no file or cannot be read."""
+    if not path.exists():
+        raise CrfDeblurError(f"{path}: there is no such file; check the name")
+    if path.is_dir():
+        raise CrfDeblurError(f"{path}: this is a folder; give a file in it")
+    if not os.access(path, os.R_OK):
+        raise CrfDeblurError(f"{path}: may not be read; change its permissions")
+
+
+def check_output(path: Path, suffixes: Sequence[str]) -> None:
+    """Refuse, before any work, an output that could not be written.
+
+    Parameters
+    ----------
+    path : Path
+        File to be written.
+    suffixes : sequence of str
+        Kinds of file that can be written, such as ``.png``.
+    """
+    if path.suffix.lower() not in suffixes:
+        raise CrfDeblurError(
+            f"{path}: cannot write this kind of file; choose a name that ends in "
+            + ", ".join(suffixes)
+        )
+    if path.is_dir():
+        raise CrfDeblurError(f"{path}: is a folder; give the name of a file")
+    check_folder(path.parent)
+
+
+def check_folder(folder: Path) -> None:
+    """Refuse a folder that is missing or in which nothing can be written."""
+    if not folder.is_dir():
+        raise CrfDeblurError(f"{folder}: there is no such folder; make it first")
+    try:
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        raise CrfDeblurError(
+            f"{folder}: nothing can be written in this folder ({error.strerror}); choose another"
+        ) from error
+
+
+def make_folder(folder: Path) -> None:
+    """Make a folder and its parents if they are missing, and check that it can be written."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise CrfDeblurError(
+            f"{folder}: cannot make this folder ({error.strerror}); choose another"
+        ) from error
+    check_folder(folder)
+
+
+@contextmanager
+def replacing(path: Path) -> Iterator[Path]:
+    """Name of a temporary file beside `path` that takes its place if all goes well.
+
+    A run that fails or is stopped leaves what was there before.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+    os.close(handle)
+    temporary = Path(name)
+    try:
+        yield temporary
+        temporary.chmod(_permissions(path))
+        temporary.replace(path)
+    except OSError as error:
+        raise CrfDeblurError(f"{path}: cannot be written ({error.strerror})") from error
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def _permissions(path: Path) -> int:
+    """Those of the file that is replaced, or those of any new file."""
+    if path.exists():
+        return path.stat().st_mode & 0o777
+    mask = os.umask(0)
+    os.umask(mask)
+    return 0o666 & ~mask
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file, whole or not at all."""
+    with replacing(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")

@@ -1,0 +1,191 @@
+"""Photos from and to files: PNG, JPEG and TIFF, with 8 and 16 bits or floats."""
+
+import struct
+import zlib
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from .._typing import Image
+from ..errors import CrfDeblurError
+from ..photo import ALPHA, color
+from .files import check_input, check_output, replacing
+
+TIFF = (".tif", ".tiff")
+JPEG = (".jpg", ".jpeg")
+WRITABLE = (".png", *TIFF, *JPEG)
+JPEG_QUALITY = 95
+
+
+def read_photo(path: Path) -> Image:
+    """Read a photo, upright.
+
+    Parameters
+    ----------
+    path : Path
+        PNG, JPEG (turned as its EXIF orientation says) or TIFF (its first page).
+
+    Returns
+    -------
+    ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        uint8, uint16 or float, as stored.
+
+    Raises
+    ------
+    CrfDeblurError
+        Missing, no image, truncated, or of a kind that is not supported.
+    """
+    check_input(path)
+    with path.open("rb") as file:
+        start = file.read(26)
+    reader = _reader(start)
+    if reader is None:
+        raise CrfDeblurError(f"{path}: not a PNG, JPEG or TIFF image; convert it to one of these")
+    try:
+        pixels = reader(path)
+    except (OSError, ValueError, RuntimeError, SyntaxError, struct.error, zlib.error) as error:
+        # What the decoders raise for data that end early or make no sense.
+        raise CrfDeblurError(
+            f"{path}: the image is truncated or damaged ({error}); get a whole copy"
+        ) from error
+    return _supported(path, pixels)
+
+
+def write_photo(path: Path, photo: Image, like: Path | None = None) -> None:
+    """Write a photo, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Its suffix says the kind: PNG (8 or 16 bit), JPEG (8 bit) or TIFF (any).
+    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        uint8, uint16 or float32. Floats are kept in TIFF, and become 16 bits in PNG, 8 in
+        JPEG; JPEG drops an alpha channel.
+    like : Path, optional
+        Photo whose colour profile and camera data go into a JPEG or an 8-bit PNG.
+    """
+    check_output(path, WRITABLE)
+    with replacing(path) as temporary:
+        if path.suffix.lower() in TIFF:
+            _write_tiff(temporary, photo)
+        elif path.suffix.lower() in JPEG:
+            _write_pillow(temporary, color(_as_integer(photo, np.uint8)), like)
+        elif photo.dtype == np.uint8:
+            _write_pillow(temporary, photo, like)
+        else:
+            _write_png16(temporary, _as_integer(photo, np.uint16))
+
+
+def _reader(start: bytes) -> Callable[[Path], Image] | None:
+    if start.startswith(b"\x89PNG\r\n\x1a\n"):
+        bits = start[24] if len(start) > 24 else 0
+        return _read_png16 if bits == 16 else _read_pillow
+    if start.startswith(b"\xff\xd8\xff"):
+        return _read_pillow
+    if start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
+        return _read_tiff
+    return None
+
+
+def _read_pillow(path: Path) -> Image:
+    from PIL import Image as Pillow
+    from PIL import ImageOps
+
+    try:
+        with Pillow.open(path) as opened:
+            upright = ImageOps.exif_transpose(opened)
+            upright.load()
+    except Pillow.DecompressionBombError as error:
+        raise CrfDeblurError(f"{path}: the image is too large ({error})") from error
+    return np.asarray(upright.convert(_PLAIN_MODES.get(upright.mode, upright.mode)))
+
+
+# Kinds of pixel that Pillow knows and we do not, and what shows the same picture.
+_PLAIN_MODES = {"1": "L", "P": "RGBA", "LA": "RGBA", "PA": "RGBA", "CMYK": "RGB", "YCbCr": "RGB"}
+
+
+def _read_png16(path: Path) -> Image:
+    from imagecodecs import png_decode
+
+    return np.asarray(png_decode(path.read_bytes()))
+
+
+def _read_tiff(path: Path) -> Image:
+    import tifffile
+
+    with tifffile.TiffFile(path) as tiff:
+        page = tiff.pages[0]
+        if not isinstance(page, tifffile.TiffPage) or page.photometric is None:
+            raise ValueError("no picture in it")
+        pixels = np.asarray(page.asarray())
+        if page.planarconfig == tifffile.PLANARCONFIG.SEPARATE and pixels.ndim == 3:
+            pixels = np.moveaxis(pixels, 0, -1)
+        if page.photometric == tifffile.PHOTOMETRIC.MINISWHITE:
+            pixels = np.iinfo(pixels.dtype).max - pixels
+    return pixels
+
+
+def _supported(path: Path, pixels: Image) -> Image:
+    """The pixels as a photo, or a sentence that says why they are none."""
+    if pixels.ndim == 3 and pixels.shape[2] == 1:
+        pixels = pixels[..., 0]
+    if pixels.ndim == 3 and pixels.shape[2] == 2:  # grey with alpha
+        pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
+    if pixels.size == 0 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,), (ALPHA,)):
+        raise CrfDeblurError(
+            f"{path}: an image of shape {pixels.shape} is not supported; "
+            "use a greyscale or RGB photo, one slice at a time"
+        )
+    if pixels.dtype == np.bool_:
+        return pixels.astype(np.uint8) * 255
+    if pixels.dtype not in (np.uint8, np.uint16, np.float16, np.float32, np.float64):
+        raise CrfDeblurError(
+            f"{path}: pixels of kind {pixels.dtype} are not supported; "
+            "convert the image to 8 or 16 bits or to floats from 0 to 1"
+        )
+    return pixels
+
+
+def _as_integer(photo: Image, dtype: type[np.uint8] | type[np.uint16]) -> Image:
+    """The photo in another integer kind, scaled from full scale to full scale."""
+    from ..photo import from_unit, to_unit
+
+    return photo if photo.dtype == dtype else from_unit(to_unit(photo), dtype)
+
+
+def _write_tiff(path: Path, photo: Image) -> None:
+    import tifffile
+
+    kind = "minisblack" if photo.ndim == 2 else "rgb"
+    tifffile.imwrite(path, np.ascontiguousarray(photo), photometric=kind, compression="zlib")
+
+
+def _write_png16(path: Path, photo: Image) -> None:
+    from imagecodecs import png_encode
+
+    path.write_bytes(png_encode(np.ascontiguousarray(photo)))
+
+
+def _write_pillow(path: Path, photo: Image, like: Path | None) -> None:
+    from PIL import Image as Pillow
+
+    picture = Pillow.fromarray(np.ascontiguousarray(photo))
+    if path.suffix.lower() in JPEG:
+        picture.save(path, quality=JPEG_QUALITY, subsampling=0, **_camera_data(like))
+    else:
+        picture.save(path, **_camera_data(like))
+
+
+def _camera_data(like: Path | None) -> dict[str, bytes]:
+    """Colour profile and EXIF data of a file, marked upright; nothing for a TIFF or None."""
+    from PIL import Image as Pillow
+    from PIL.ExifTags import Base
+
+    if like is None or like.suffix.lower() not in (".png", *JPEG):
+        return {}
+    with Pillow.open(like) as source:
+        exif, profile = source.getexif(), source.info.get("icc_profile")
+    exif.pop(Base.Orientation, None)
+    kept = {"exif": exif.tobytes()} if len(exif) else {}
+    return kept | ({"icc_profile": profile} if profile else {})

@@ -1,0 +1,105 @@
+"""Responses from and to JSON files that state their direction."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._version import __version__
+from ..errors import CrfDeblurError
+from ..estimate import ResponseEstimate
+from ..response import Tabulated
+from .files import check_input, check_output, write_text
+
+FORMAT, VERSION, DIRECTION = "crfdeblur-response", 1, "inverse"
+SUFFIXES = (".json",)
+
+
+def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
+    """Write inverse responses with their bands as JSON, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        File that ends in ``.json``.
+    estimates : sequence of ResponseEstimate
+        One for all channels, or one for each of R, G, B.
+    """
+    check_output(path, SUFFIXES)
+    names = ["all"] if len(estimates) == 1 else ["R", "G", "B"]
+    content = {
+        "format": FORMAT,
+        "version": VERSION,
+        "direction": DIRECTION,
+        "software": f"napari-crfdeblur {__version__}",
+        "channels": [_channel(n, e) for n, e in zip(names, estimates, strict=True)],
+    }
+    write_text(path, json.dumps(content, indent=1) + "\n")
+
+
+def read_responses(path: Path) -> tuple[Tabulated, ...]:
+    """Read the response of each channel, or the one of all.
+
+    Raises
+    ------
+    CrfDeblurError
+        Missing, not a response of this format, of the wrong direction, not increasing.
+    """
+    check_input(path)
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise CrfDeblurError(f"{path}: not a JSON file ({error}); give a response file") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise CrfDeblurError(
+            f'{path}: not a response file: "format" is not "{FORMAT}"; '
+            "make one with `crfdeblur estimate PHOTO -o FILE.json`"
+        )
+    if content.get("version") != VERSION:
+        raise CrfDeblurError(
+            f"{path}: response files of version {content.get('version')} are not known; "
+            "update napari-crfdeblur"
+        )
+    if content.get("direction") != DIRECTION:
+        raise CrfDeblurError(
+            f'{path}: the direction is "{content.get("direction")}", where "{DIRECTION}" '
+            "(intensity to irradiance) is expected; swap the two lists and the direction"
+        )
+    channels = content.get("channels")
+    if not isinstance(channels, list) or len(channels) not in (1, 3):
+        raise CrfDeblurError(f"{path}: expected 1 or 3 channels; estimate the response again")
+    return tuple(_curve(path, channel) for channel in channels)
+
+
+def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
+    return {
+        "name": name,
+        "intensity": estimate.intensity.tolist(),
+        "irradiance": estimate.curve.to_irradiance(estimate.intensity).tolist(),
+        "lower": estimate.lower.tolist(),
+        "upper": estimate.upper.tolist(),
+        "covered": list(estimate.covered),
+        "status": estimate.status.name.lower(),
+        "message": estimate.status.value,
+        "diagnostics": {k: float(v) for k, v in estimate.diagnostics.items()},
+    }
+
+
+def _curve(path: Path, channel: Any) -> Tabulated:
+    try:
+        intensity = np.asarray(channel["intensity"], dtype=np.float64)
+        irradiance = np.asarray(channel["irradiance"], dtype=np.float64)
+    except (KeyError, TypeError, ValueError) as error:
+        raise CrfDeblurError(
+            f'{path}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
+            "estimate the response again"
+        ) from error
+    try:
+        return Tabulated(irradiance=irradiance, intensity=intensity)
+    except ValueError as error:
+        raise CrfDeblurError(
+            f"{path}: the response must increase strictly from 0 to 1 ({error}); mend the file "
+            "or estimate the response again"
+        ) from error

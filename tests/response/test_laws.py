@@ -1,0 +1,126 @@
+"""What holds for every camera response."""
+
+import numpy as np
+import pytest
+
+from napari_crfdeblur.response import (
+    SRGB,
+    Emor,
+    Gamma,
+    GeneralizedGamma,
+    Identity,
+    Polynomial,
+    ResponseCurve,
+    Tabulated,
+    dorf_mean,
+    monotone,
+)
+
+CURVES: list[ResponseCurve] = [
+    Identity(),
+    Gamma(2.2),
+    Gamma(0.6),
+    SRGB(),
+    Polynomial((0.3, 0.1, 0.6)),
+    Polynomial((0.2, -0.1, 0.5, 0.1, 0.3)),
+    GeneralizedGamma((0.45, 0.1)),
+    GeneralizedGamma((0.6, -0.3, 0.2)),
+    Tabulated(np.array([0, 0.1, 0.5, 1]), np.array([0, 0.35, 0.8, 1])),
+    dorf_mean(),
+    Emor((1.5, -0.6, 0.1)),
+    Emor((-1.0, 0.4)),
+]
+GRID = np.linspace(0, 1, 1001).reshape(7, 143)
+each_curve = pytest.mark.parametrize("curve", CURVES, ids=repr)
+
+
+@each_curve
+def test_inverse_undoes_the_response(curve):
+    # Where the response is flat, f(E) carries E with fewer digits.
+    np.testing.assert_allclose(curve.to_irradiance(curve.to_intensity(GRID)), GRID, atol=1e-11)
+
+
+@each_curve
+def test_response_undoes_the_inverse(curve):
+    # Intensities whose irradiance is below 1e-8 are steep: a gamma turns 1e-16 into 1e-7.
+    seen = GRID[curve.to_irradiance(GRID) > 1e-8]
+    np.testing.assert_allclose(curve.to_intensity(curve.to_irradiance(seen)), seen, atol=1e-11)
+
+
+@each_curve
+def test_ends_are_fixed_in_both_directions(curve):
+    np.testing.assert_array_equal(curve.to_intensity([0, 1]), [0, 1])
+    np.testing.assert_array_equal(curve.to_irradiance([0, 1]), [0, 1])
+
+
+@each_curve
+def test_both_directions_increase_strictly(curve):
+    assert np.all(np.diff(curve.to_intensity(GRID.ravel())) > 0)
+    assert np.all(np.diff(curve.to_irradiance(GRID.ravel())) > 0)
+
+
+@each_curve
+def test_slope_is_the_finite_difference(curve):
+    # Between the joints of the 1024-sample tables; a step of 1e-7 leaves 9 digits.
+    irradiance = (np.arange(40, 1000, 37) + 0.5) / 1023
+    away = np.abs(irradiance - 0.0031306684425) > 1e-6
+    h = 1e-7
+    difference = curve.to_intensity(irradiance + h) - curve.to_intensity(irradiance - h)
+    np.testing.assert_allclose(curve.slope(irradiance)[away], difference[away] / (2 * h), rtol=1e-5)
+
+
+@each_curve
+def test_values_outside_are_clipped(curve):
+    np.testing.assert_array_equal(curve.to_intensity([-0.5, 1.5]), [0, 1])
+    np.testing.assert_array_equal(curve.to_irradiance([-0.5, 1.5]), [0, 1])
+
+
+@each_curve
+def test_shape_is_kept_and_results_are_float64(curve):
+    for image in (GRID.astype(np.float32), GRID[:3, :5]):
+        for result in (curve.to_intensity(image), curve.to_irradiance(image)):
+            assert result.shape == image.shape
+            assert result.dtype == np.float64
+
+
+@each_curve
+def test_input_is_not_modified(curve):
+    image = GRID.copy()
+    curve.to_intensity(image)
+    curve.to_irradiance(image)
+    curve.slope(image)
+    np.testing.assert_array_equal(image, GRID)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        Identity,
+        SRGB,
+        lambda: Gamma(1.8),
+        lambda: Polynomial((0.5, 0.5)),
+        lambda: GeneralizedGamma((0.5,)),
+        lambda: Emor((0.2, 0.1)),
+    ],
+    ids=["identity", "srgb", "gamma", "polynomial", "generalised gamma", "emor"],
+)
+def test_curves_given_by_numbers_compare_and_hash_by_them(make):
+    assert make() == make()
+    assert hash(make()) == hash(make())
+    with pytest.raises(AttributeError):
+        make().exponent = 3.0
+
+
+def test_monotone_leaves_a_clearly_rising_curve_nearly_alone():
+    intensity = np.linspace(0, 1, 50)
+    curve = monotone(intensity, 3 * intensity**2 + 7)  # any scale and offset
+    # A slope of a thousandth is added everywhere.
+    np.testing.assert_allclose(curve.to_irradiance(intensity), intensity**2, atol=1e-3)
+
+
+def test_monotone_repairs_samples_that_fall():
+    intensity = np.linspace(0, 1, 60)
+    irradiance = intensity**2 + 0.05 * np.sin(40 * intensity)
+    curve = monotone(intensity, irradiance)
+    assert np.all(np.diff(curve.irradiance) > 0)
+    assert np.abs(curve.irradiance - intensity**2).max() < 0.15

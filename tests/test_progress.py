@@ -1,0 +1,65 @@
+"""Long jobs report, return and stop."""
+
+import pytest
+
+from napari_crfdeblur.progress import Progress, drain
+
+
+def counting(total, log):
+    try:
+        for done in range(total):
+            yield Progress("count", done, total)
+        return "result"
+    finally:
+        log.append("closed")
+
+
+def test_draining_returns_the_result_and_reports_every_step():
+    reports, log = [], []
+    assert drain(counting(3, log), reports.append) == "result"
+    assert reports == [Progress("count", done, 3) for done in range(3)]
+    assert log == ["closed"]
+
+
+def test_no_report_is_needed():
+    assert drain(counting(2, [])) == "result"
+
+
+def test_an_exception_of_the_report_stops_the_job():
+    log = []
+
+    def stop(progress):
+        if progress.done == 1:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        drain(counting(100, log), stop)
+    assert log == ["closed"]
+
+
+def test_closing_a_job_runs_its_clean_up():
+    log = []
+    job = counting(100, log)
+    next(job)
+    job.close()
+    assert log == ["closed"]
+
+
+def test_an_exception_of_the_job_reaches_the_caller():
+    def failing():
+        yield Progress("fail", 0, 1)
+        raise RuntimeError("no")
+
+    with pytest.raises(RuntimeError, match="no"):
+        drain(failing())
+
+
+def test_jobs_within_jobs_pass_their_reports_on():
+    def outer():
+        first = yield from counting(2, [])
+        second = yield from counting(1, [])
+        return first + second
+
+    reports = []
+    assert drain(outer(), reports.append) == "resultresult"
+    assert [r.done for r in reports] == [0, 1, 0]
