@@ -11,7 +11,7 @@ import numpy as np
 from ._typing import BoolArray, FloatArray
 from .fourier import Shape, fast_shape, forward, gradient_power, inverse, otf, power
 
-SMOOTHNESS = 0.03  # of the gap: the flat optimum for noise of .003 to .03 of full scale
+SMOOTHNESS = 0.02  # of the gap: a flat optimum for noise of .003 to .03 of full scale
 STEPS = 10  # of conjugate gradients: more gain less than .02 dB
 REACH = 2  # PSF sides from the border beyond which the picture does not affect the gap
 
@@ -74,6 +74,8 @@ def _band_height(extended: FloatArray, known: int, psf: FloatArray) -> int:
 def _fill_rows(extended: FloatArray, known: Shape, psf: FloatArray, height: int) -> None:
     """Predict the rows of the gap, below the first ``known[0]``, from a band of `height`."""
     near, gap = REACH * psf.shape[0], extended.shape[0] - known[0]
+    if gap == 0:
+        return
     band = np.zeros((height, extended.shape[1]), dtype=extended.dtype)
     band[:near], band[-near - gap :] = extended[:near], extended[-near - gap :]
     _bridge(band, near, height - near - gap)

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from enum import Enum
 
 import numpy as np
 
@@ -17,18 +16,11 @@ from .estimate import (
     ResponseFit,
     estimating_response,
 )
-from .linear import linearize, reapply
-from .photo import ALPHA, check_photo, color, planes
+from .linear import Response, linearize, reapply
+from .photo import ALPHA, check_photo, color
 from .profiles import ProfileGroup, of_channel, sample_profiles
 from .progress import Job, Progress, drain
 from .psf import PsfEstimate, PsfEstimator, XuJia, estimating_psf
-
-
-class ResponseScope(Enum):
-    """What one response stands for."""
-
-    SHARED = "one response for all channels"
-    PER_CHANNEL = "one response for each channel"
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,10 +29,9 @@ class DeblurOptions:
 
     Parameters
     ----------
-    response : ResponseFit
-        How the response is found; :class:`~.estimate.GivenResponse` if it is known.
-    scope : ResponseScope
-        One response for all colour channels or one for each.
+    response : ResponseFit or sequence of 3 of them
+        How the response of all channels is found, or that of each; if it is known,
+        :class:`~.estimate.GivenResponse`.
     edges : sequence of Line or Rectangle, optional
         Edges drawn by the user; found automatically if not given.
     blur_extent : float, optional
@@ -52,12 +43,28 @@ class DeblurOptions:
         How the blur is undone.
     """
 
-    response: ResponseFit = field(default_factory=RankMinimization)
-    scope: ResponseScope = ResponseScope.SHARED
+    response: ResponseFit | Sequence[ResponseFit] = field(default_factory=RankMinimization)
     edges: Sequence[Line | Rectangle] | None = None
     blur_extent: float | None = None
     psf: PsfEstimator | None = None
     method: Deconvolver = field(default_factory=HyperLaplacian)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FoundBlur:
+    """The first half of the path: what the photo says of the response and the blur.
+
+    Parameters
+    ----------
+    edges, groups, responses, linear, psf
+        As in :class:`Deblurred`.
+    """
+
+    edges: tuple[Edge, ...]
+    groups: tuple[ProfileGroup, ...]
+    responses: tuple[ResponseEstimate, ...]
+    linear: FloatArray
+    psf: PsfEstimate
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,22 +104,32 @@ class Deblurred:
         return outside / self.sharp_linear.size
 
 
+def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
+    """Long job: the path up to the PSF."""
+    check_photo(photo)
+    edges = (yield from finding_edges(photo, options)) if _edges_needed(options) else ()
+    groups = tuple(sample_profiles(photo, edges))
+    responses = yield from estimating_responses(groups, options.response)
+    linear = linearize(color(photo), joint_curve(responses))
+    method = options.psf or _psf_estimator(photo, edges, options)
+    psf = yield from estimating_psf(linear, method)
+    return FoundBlur(edges, groups, responses, linear, psf)
+
+
 def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblurred]:
     """Job of :func:`deblur`: reports progress, can be stopped."""
     options = options or DeblurOptions()
-    check_photo(photo)
-    yield Progress("edges", 0, 1)
-    edges = _edges(photo, options)
-    groups = tuple(sample_profiles(photo, edges))
-    responses = yield from estimating_responses(photo, groups, options.response, options.scope)
-    curves = [r.curve for r in responses]
-    response = curves[0] if len(curves) == 1 else curves
-    linear = linearize(color(photo), response)
-    psf = yield from estimating_psf(linear, options.psf or _psf_estimator(photo, edges, options))
-    sharp_linear = yield from deconvolving(linear, psf.psf, options.method)
-    sharp = reapply(sharp_linear, response, photo.dtype)
+    found = yield from finding_blur(photo, options)
+    sharp_linear = yield from deconvolving(found.linear, found.psf.psf, options.method)
+    sharp = reapply(sharp_linear, joint_curve(found.responses), photo.dtype)
     return Deblurred(
-        edges, groups, responses, linear, psf, sharp_linear, _with_alpha_of(photo, sharp)
+        edges=found.edges,
+        groups=found.groups,
+        responses=found.responses,
+        linear=found.linear,
+        psf=found.psf,
+        sharp_linear=sharp_linear,
+        photo=_with_alpha_of(photo, sharp),
     )
 
 
@@ -135,26 +152,37 @@ def deblur(photo: Image, options: DeblurOptions | None = None) -> Deblurred:
 
 
 def estimating_responses(
-    photo: Image, groups: Sequence[ProfileGroup], method: ResponseFit, scope: ResponseScope
+    groups: Sequence[ProfileGroup], method: ResponseFit | Sequence[ResponseFit]
 ) -> Job[tuple[ResponseEstimate, ...]]:
     """Long job: one response from all profiles, or one from those of each channel."""
-    channels = len(planes(photo))
-    if scope is ResponseScope.SHARED or channels == 1:
+    if isinstance(method, ResponseFit):
         return ((yield from estimating_response(groups, method)),)
     estimates = []
-    for channel in range(channels):
-        own = of_channel(groups, channel)
-        estimates.append((yield from estimating_response(own, method)))
+    for channel, own in enumerate(method):
+        estimates.append((yield from estimating_response(of_channel(groups, channel), own)))
     return tuple(estimates)
 
 
-def _edges(photo: Image, options: DeblurOptions) -> tuple[Edge, ...]:
-    if isinstance(options.response, GivenResponse) and options.psf is not None:
-        return ()
+def joint_curve(estimates: Sequence[ResponseEstimate]) -> Response:
+    """The curve of all channels, or the curves of each."""
+    curves = [estimate.curve for estimate in estimates]
+    return curves[0] if len(curves) == 1 else curves
+
+
+def finding_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:
+    """Long job: the edges of a photo, found or drawn, good and bad."""
+    yield Progress("edges", 0, 1)
     extent = options.blur_extent or estimate_blur_extent(photo)
     if options.edges is not None:
         return refine_edges(photo, options.edges, blur_extent=extent)
     return find_edges(photo, blur_extent=extent)
+
+
+def _edges_needed(options: DeblurOptions) -> bool:
+    methods = (
+        [options.response] if isinstance(options.response, ResponseFit) else options.response
+    )
+    return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
 
 
 def _psf_estimator(photo: Image, edges: Sequence[Edge], options: DeblurOptions) -> PsfEstimator:

@@ -75,7 +75,7 @@ def test_tabulated_keeps_its_own_read_only_samples():
         lambda: Polynomial((4.0, -3.0)),
         lambda: GeneralizedGamma(()),
         lambda: GeneralizedGamma((-0.5,)),
-        lambda: GeneralizedGamma((0.1, 10.0)),
+        lambda: GeneralizedGamma((2.6, -10.0, 10.0)),
         lambda: Emor((40.0,)),
         lambda: Emor((np.nan,)),
         lambda: Emor((0.0,) * 26),

@@ -109,14 +109,8 @@ def _shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:
     above = _shrunk(first - plane[-1:], beta, exponent)
     for block in row_blocks(plane.shape):
         part = plane[block]
-        across = np.empty_like(part)
-        np.subtract(part[:, 1:], part[:, :-1], out=across[:, :-1])
-        np.subtract(part[:, 0], part[:, -1], out=across[:, -1])
-        down = np.empty_like(part)
-        np.subtract(part[1:], part[:-1], out=down[:-1])
-        below = plane[block.stop : block.stop + 1] if block.stop < len(plane) else first
-        np.subtract(below[0], part[-1], out=down[-1])
-        across, down = _shrunk(across, beta, exponent), _shrunk(down, beta, exponent)
+        below = plane[block.stop] if block.stop < len(plane) else first[0]
+        across, down = (_shrunk(d, beta, exponent) for d in _differences(part, below))
         np.add(across, down, out=part)
         np.negative(part, out=part)
         part[:, 1:] += across[:, :-1]
@@ -124,6 +118,16 @@ def _shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:
         part[1:] += down[:-1]
         part[0] += above[0]
         above = down[-1:]
+
+
+def _differences(part: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Forward differences along rows, periodic, and along columns, with the next row below."""
+    across, down = np.empty_like(part), np.empty_like(part)
+    np.subtract(part[:, 1:], part[:, :-1], out=across[:, :-1])
+    np.subtract(part[:, 0], part[:, -1], out=across[:, -1])
+    np.subtract(part[1:], part[:-1], out=down[:-1])
+    np.subtract(below, part[-1], out=down[-1])
+    return across, down
 
 
 def _shrunk(values: FloatArray, beta: float, exponent: float) -> FloatArray:

@@ -59,8 +59,6 @@ def _start(
     mask = np.zeros(shape, dtype=plane.dtype)
     mask[: plane.shape[0], : plane.shape[1]] = 1
     seen = correlate(mask, transfer)
-    # scene pixels that are hardly seen would only amplify the rounding of the transforms
-    np.maximum(seen, LEAST_SEEN, out=seen)
     mask[...] = max(float(plane.mean(dtype=np.float64)), float(np.finfo(plane.dtype).tiny))
     return seen, mask
 
@@ -79,9 +77,10 @@ def _divide(plane: FloatArray, predicted: FloatArray) -> None:
 
 
 def _multiply(sharp: FloatArray, correction: FloatArray, seen: FloatArray) -> None:
-    """``x <- x max(correction, 0) / seen``, in place; rounding can make it negative."""
+    """``x <- x correction / seen``, in place; scene pixels that are hardly seen stay."""
     for block in row_blocks(sharp.shape):
         part = correction[block]
-        np.maximum(part, 0, out=part)
-        part /= seen[block]
+        np.maximum(part, 0, out=part)  # rounding can make it negative
+        part /= np.maximum(seen[block], LEAST_SEEN)
+        part[seen[block] < LEAST_SEEN] = 1
         sharp[block] *= part

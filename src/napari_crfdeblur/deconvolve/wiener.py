@@ -6,7 +6,16 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..boundary import extend
-from ..fourier import forward, gradient_power, inverse, otf, power
+from ..fourier import (
+    ComplexArray,
+    Shape,
+    forward,
+    gradient_power,
+    inverse,
+    otf,
+    power,
+    row_blocks,
+)
 from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import relative_noise
@@ -41,11 +50,17 @@ class Wiener(Deconvolver):
         extended = extend(plane, psf)
         yield Progress("Wiener filter", 1, 2)
         weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane) ** 2
-        transfer = otf(psf, extended.shape, plane.dtype)
-        rows, columns = gradient_power(extended.shape, plane.dtype)
         spectrum = forward(extended)
-        spectrum *= np.conj(transfer)
-        spectrum /= power(transfer) + weight * (rows[:, None] + columns)
+        _filter(spectrum, otf(psf, extended.shape, plane.dtype), extended.shape, weight)
         sharp = inverse(spectrum, extended.shape)[: plane.shape[0], : plane.shape[1]]
         yield Progress("Wiener filter", 2, 2)
         return np.ascontiguousarray(sharp)
+
+
+def _filter(spectrum: ComplexArray, transfer: ComplexArray, shape: Shape, weight: float) -> None:
+    """Multiply by ``conj(K) / (|K|^2 + w |D|^2)``, in place."""
+    rows, columns = gradient_power(shape, transfer.real.dtype)
+    for block in row_blocks(spectrum.shape):
+        part = np.conj(transfer[block])
+        part *= 1 / (power(part) + weight * (rows[block, None] + columns))
+        spectrum[block] *= part

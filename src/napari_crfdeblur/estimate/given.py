@@ -27,9 +27,12 @@ class GivenResponse(ResponseFit):
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: hand out the curve, with a band of no width."""
         yield Progress("given response", 1, 1)
+        return self.estimate(covered_range(groups) if groups else (0.0, 1.0))
+
+    def estimate(self, covered: tuple[float, float] = (0.0, 1.0)) -> ResponseEstimate:
+        """The curve as an estimate that covers the given range of intensity."""
         intensity = np.linspace(0, 1, 257)
         irradiance = self.curve.to_irradiance(intensity)
-        covered = covered_range(groups) if groups else (0.0, 1.0)
         return ResponseEstimate(
             self.curve, intensity, irradiance, irradiance, covered, ResponseStatus.GIVEN
         )

@@ -2,11 +2,12 @@
 
 from .align import Alignment, CommonShape, EndPoints
 from .base import ProfileGroup, ProfileSource, of_channel
-from .group import ByOrientation, ByPolarity, Grouping
+from .group import ByEdge, ByOrientation, ByPolarity, Grouping
 from .sample import Channels, sample_profiles
 
 __all__ = [
     "Alignment",
+    "ByEdge",
     "ByOrientation",
     "ByPolarity",
     "Channels",

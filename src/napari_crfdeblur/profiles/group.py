@@ -67,6 +67,33 @@ class ByPolarity(Grouping):
         ]
 
 
+@dataclass(frozen=True, slots=True)
+class ByEdge(Grouping):
+    """Each edge by itself: its colour channels are the rows of one group.
+
+    Channels of one edge need no alignment with each other and see the very same blur. An edge
+    between two colours spans a different range in each channel; a grey edge tells nothing.
+    """
+
+    tolerance: float = field(default=radians(3))
+
+    def __post_init__(self) -> None:
+        check_tolerance(self.tolerance)
+
+    def split(self, group: ProfileGroup) -> list[ProfileGroup]:
+        """A group for each edge."""
+        edges = np.array([(source.image, source.edge) for source in group.sources])
+        distinct, number = np.unique(edges, axis=0, return_inverse=True)
+        groups = [group.select(number.ravel() == edge) for edge in range(len(distinct))]
+        return [replace(g, polarity=common_polarity(g)) for g in groups]
+
+
+def common_polarity(group: ProfileGroup) -> int:
+    """+1 if all profiles rise, -1 if all fall, 0 if there are both."""
+    rises = group.sides[:, 1] > group.sides[:, 0]
+    return 1 if rises.all() else -1 if not rises.any() else 0
+
+
 def check_tolerance(tolerance: float) -> None:
     """Raise ValueError unless the angle is positive and less than a right angle."""
     if not 0 < tolerance < pi / 2:

@@ -1,6 +1,14 @@
 """Point spread functions: shapes, what they do to edges, and how to find them."""
 
-from .base import PsfEstimate, PsfEstimator, PsfStatus, as_psf, estimate_psf, estimating_psf
+from .base import (
+    PsfEstimate,
+    PsfEstimator,
+    PsfStatus,
+    as_psf,
+    centered,
+    estimate_psf,
+    estimating_psf,
+)
 from .given import GivenPsf
 from .projection import project
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
@@ -12,6 +20,7 @@ __all__ = [
     "PsfStatus",
     "as_psf",
     "camera_shake",
+    "centered",
     "delta",
     "disk",
     "estimate_psf",

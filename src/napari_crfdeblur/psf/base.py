@@ -118,3 +118,21 @@ def as_psf(values: ArrayLike) -> FloatArray:
         raise CrfDeblurError("the PSF is zero everywhere; give one that shows the blur")
     padded = np.pad(psf, [(0, 1 - side % 2) for side in psf.shape])
     return np.asarray(padded / padded.sum())
+
+
+def centered(psf: FloatArray) -> FloatArray:
+    """Pad a PSF with zeros so that its centre of mass falls on its centre pixel.
+
+    A PSF that is off centre shifts the deblurred picture; nothing of it is cut off.
+
+    Parameters
+    ----------
+    psf : ndarray, shape (H, W)
+        Non-negative, sum 1, both sides odd.
+    """
+    pads = []
+    for axis, side in enumerate(psf.shape):
+        mass = psf.sum(axis=1 - axis)
+        off = round(float(mass @ np.arange(side))) - side // 2
+        pads.append((max(-2 * off, 0), max(2 * off, 0)))
+    return np.pad(psf, pads)

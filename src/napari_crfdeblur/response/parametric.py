@@ -63,11 +63,12 @@ class SRGB(ResponseCurve):
     """
 
     def _forward(self, irradiance: FloatArray) -> FloatArray:
-        power = 1.055 * np.maximum(irradiance, SRGB_JOINT) ** (1 / 2.4) - 0.055
+        # 1.055 x - 0.055, written so that 1 is met exactly.
+        power = 1 + 1.055 * (np.maximum(irradiance, SRGB_JOINT) ** (1 / 2.4) - 1)
         return np.where(irradiance <= SRGB_JOINT, 12.92 * irradiance, power)
 
     def _inverse(self, intensity: FloatArray) -> FloatArray:
-        power = ((np.maximum(intensity, 12.92 * SRGB_JOINT) + 0.055) / 1.055) ** 2.4
+        power = (1 + (np.maximum(intensity, 12.92 * SRGB_JOINT) - 1) / 1.055) ** 2.4
         return np.where(intensity <= 12.92 * SRGB_JOINT, intensity / 12.92, power)
 
     def _slope(self, irradiance: FloatArray) -> FloatArray:

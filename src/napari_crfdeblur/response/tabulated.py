@@ -68,6 +68,11 @@ def monotone(intensity: ArrayLike, irradiance: ArrayLike) -> Tabulated:
 
     intensity = np.asarray(intensity, dtype=np.float64)
     raw = np.asarray(irradiance, dtype=np.float64)
+    if raw.ndim != 1 or raw.size < 2 or raw.shape != intensity.shape:
+        raise ValueError(
+            f"expected as many irradiances as intensities, at least 2, "
+            f"got {raw.shape} and {intensity.shape}"
+        )
     if not np.isfinite(raw).all() or raw[-1] <= raw[0]:
         raise ValueError("expected finite irradiance that rises from its first sample to its last")
     inner = np.clip((raw - raw[0]) / (raw[-1] - raw[0]), 0, 1)

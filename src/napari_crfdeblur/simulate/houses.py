@@ -72,7 +72,7 @@ def awning(front: Surface, box: Box, color: str, stripes: int = 9) -> None:
     )
     for i in range(stripes):
         corners = [(upper[i], top), (upper[i + 1], top), (lower[i + 1], bottom), (lower[i], bottom)]
-        front.shape(corners, FRAME if i % 2 else color)
+        front.facet(corners, FRAME if i % 2 else color)
 
 
 def corner_building(wall: Surface, rng: Generator) -> None:
@@ -97,7 +97,7 @@ def poster(wall: Surface, box: Box, design: Sequence[str]) -> None:
     angles = np.linspace(0, tau, 60, endpoint=False)
     sun = np.column_stack([0.62 + 0.22 * np.cos(angles), 0.44 + 0.14 * np.sin(angles)])
     sheet.shape(sun, spot)
-    sheet.shape([(0, 0.72), (0.38, 0.50), (0.62, 0.66), (1, 0.46), (1, 0.80), (0, 0.80)], ink)
+    sheet.facet([(0, 0.72), (0.38, 0.50), (0.62, 0.66), (1, 0.46), (1, 0.80), (0, 0.80)], ink)
     sheet.text(title, (0.12, 0.09, 0.88, 0.22), ink)
     sheet.text("EVERY NIGHT AT EIGHT", (0.12, 0.85, 0.88, 0.89), ink)
     sheet.text("TICKETS AT THE DOOR", (0.12, 0.92, 0.70, 0.955), ink)

@@ -36,7 +36,7 @@ class Surface:
     light : float
         Illumination, which multiplies every colour.
     lines : list of Line
-        Collects the sides of every :meth:`panel`, in pixels.
+        Collects the sides of every :meth:`facet`, in pixels.
     """
 
     canvas: FloatArray
@@ -56,14 +56,17 @@ class Surface:
         light = self.light * light_of(color)
         paint(self.canvas, [self.to_image(points)], light, opacity=opacity)
 
-    def panel(self, box: Box, color: str) -> "Surface":
-        """Paint a rectangle and return it as a surface to draw on."""
-        left, top, right, bottom = box
-        corners = self.to_image([(left, top), (right, top), (right, bottom), (left, bottom)])
-        paint(self.canvas, [corners], self.light * light_of(color))
-        points = [tuple(corner) for corner in corners.tolist()]
-        sides = zip(points, [*points[1:], points[0]], strict=True)
+    def facet(self, points: ArrayLike, color: str) -> None:
+        """Paint a polygon and note its sides as possible edges."""
+        self.shape(points, color)
+        corners = [(row, column) for row, column in self.to_image(points).tolist()]
+        sides = zip(corners, [*corners[1:], corners[0]], strict=True)
         self.lines.extend(Line(start, end) for start, end in sides)
+
+    def panel(self, box: Box, color: str) -> "Surface":
+        """Paint a rectangle, note its sides, and return it as a surface to draw on."""
+        left, top, right, bottom = box
+        self.facet([(left, top), (right, top), (right, bottom), (left, bottom)], color)
         return self.part(box)
 
     def part(self, box: Box) -> "Surface":

@@ -29,18 +29,19 @@ def street(shape: tuple[int, int], *, seed: int = 0) -> Scene:
     seed : int
         Colours of the houses, posters and details; the same seed gives the same scene.
     """
-    rng = np.random.default_rng(seed)
+    # One stream for each part: what the road draws depends on the size of the picture.
+    clouds, grain, details, leaves = np.random.default_rng(seed).spawn(4)
     canvas = np.empty((*shape, 3), dtype=np.float32)
-    _sky(canvas, rng)
+    _sky(canvas, clouds)
     picture = Surface(canvas, WHOLE)
-    _road(picture, rng)
+    _road(picture, grain)
     near, far = ((0.03, 0.60), (0.90, 0.60)), ((0.30, -0.04), (0.75, -0.04))
     left = Surface(canvas, (far[0], near[0], near[1], far[1]), 1.0, picture.lines)
-    _row_of_houses(left, rng)
+    _row_of_houses(left, details)
     far = (0.19, 1.03), (0.815, 1.03)
     right = Surface(canvas, (near[0], far[0], far[1], near[1]), 0.6, picture.lines)
-    corner_building(right, rng)
-    _tree(picture, rng)
+    corner_building(right, details)
+    _tree(picture, leaves)
     reach = max(4.0, 0.02 * min(shape))
     return Scene(np.clip(canvas, 0, 1), tuple(clean_edges(canvas, picture.lines, reach)))
 
@@ -69,7 +70,7 @@ def _road(picture: Surface, rng: np.random.Generator) -> None:
     for stripe in range(5):
         crossing.panel((stripe / 5, 0, stripe / 5 + 0.11, 1), "#eeece4")
     near, corner, far = [(-0.01, 0.74), (-0.01, 0.80)], [(0.60, 0.90), (0.60, 0.965)], 0.86
-    picture.shape([near[0], corner[0], (1.01, 0.80), (1.01, far), corner[1], near[1]], "#b9b2a4")
+    picture.facet([near[0], corner[0], (1.01, 0.80), (1.01, far), corner[1], near[1]], "#b9b2a4")
     kerb = [near[1], corner[1], (1.01, far), (1.01, far + 0.012), (0.6, 0.98), (-0.01, 0.81)]
     picture.shape(kerb, "#8d877b")
 

@@ -1,0 +1,41 @@
+"""A progress bar for a terminal."""
+
+import sys
+import time
+
+from ..progress import Job, Progress, T, drain
+
+WIDTH = 24
+SECONDS_BETWEEN = 0.05
+
+
+class Bar:
+    """Shows progress on standard error, if that is a terminal."""
+
+    def __init__(self) -> None:
+        self._shown = sys.stderr.isatty()
+        self._last = 0.0
+
+    def __call__(self, progress: Progress) -> None:
+        """Draw the bar anew, at most 20 times a second."""
+        now = time.monotonic()
+        if not self._shown or now - self._last < SECONDS_BETWEEN:
+            return
+        self._last = now
+        full = WIDTH * progress.done // max(progress.total, 1)
+        line = f"[{'#' * full}{'.' * (WIDTH - full)}] {progress.stage}"
+        print(f"\r{line:<79.79}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Take the bar away."""
+        if self._shown:
+            print(f"\r{'':79}\r", end="", file=sys.stderr, flush=True)
+
+
+def run(job: Job[T]) -> T:
+    """Run a job to its end under a progress bar."""
+    bar = Bar()
+    try:
+        return drain(job, bar)
+    finally:
+        bar.clear()

@@ -1,0 +1,95 @@
+"""What the words of the command line stand for: responses, PSFs and methods."""
+
+from collections.abc import Sequence
+from math import radians
+from pathlib import Path
+
+from .._typing import FloatArray
+from ..deconvolve import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
+from ..errors import CrfDeblurError
+from ..estimate import (
+    GivenResponse,
+    KnownPsf,
+    MeanProfile,
+    RankMinimization,
+    ResponseFit,
+    Tail,
+)
+from ..io import read_psf, read_responses
+from ..psf import (
+    GivenPsf,
+    PsfEstimator,
+    XuJia,
+    camera_shake,
+    disk,
+    gaussian,
+    kernel_a,
+    kernel_b,
+    line,
+)
+from ..response import SRGB, Gamma, Identity, ResponseCurve
+
+DECONVOLVERS: dict[str, type[Deconvolver]] = {
+    "hyper-laplacian": HyperLaplacian,
+    "irls": SparseIrls,
+    "richardson-lucy": RichardsonLucy,
+    "wiener": Wiener,
+}
+
+
+def known_response(text: str) -> tuple[ResponseCurve, ...]:
+    """Curves of ``gamma:2.2``, ``srgb``, ``identity`` or a response file."""
+    name, _, exponent = text.lower().partition(":")
+    if name == "gamma":
+        return (Gamma(_number(exponent or "2.2", text)),)
+    if name in ("srgb", "identity"):
+        return (SRGB() if name == "srgb" else Identity(),)
+    return read_responses(Path(text))
+
+
+def response_fits(text: str, per_channel: bool) -> ResponseFit | Sequence[ResponseFit]:
+    """Method for ``--response`` and ``--per-channel``: estimation, or the curves named."""
+    fits = [RankMinimization()] if text == "auto" else [*map(GivenResponse, known_response(text))]
+    if per_channel and len(fits) == 1:
+        fits *= 3
+    return fits[0] if len(fits) == 1 else fits
+
+
+def fit_named(name: str | None, psf: Path | None) -> ResponseFit:
+    """Method for ``estimate --method`` and ``--psf``."""
+    if name == "known-psf" or (name is None and psf is not None):
+        if psf is None:
+            raise CrfDeblurError("--method known-psf needs the PSF: give --psf FILE")
+        return KnownPsf(read_psf(psf))
+    if psf is not None:
+        raise CrfDeblurError(f"--method {name} does not use a PSF: leave out --psf")
+    if name == "mean":
+        return MeanProfile()
+    return RankMinimization(Tail.ALL if name == "rank-all" else Tail.SECOND)
+
+
+def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
+    """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
+    if text != "auto":
+        return GivenPsf(read_psf(Path(text)))
+    return XuJia(size=size) if size else None
+
+
+def _number(text: str, whole: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise CrfDeblurError(f'"{whole}" is no response: write gamma:2.2, for example') from None
+
+
+def simulated_psf(text: str, size: int, seed: int) -> FloatArray:
+    """PSF for ``simulate --psf``: a shape of the given extent, or a file."""
+    shapes = {
+        "shake": lambda: camera_shake(size, seed),
+        "kernel-a": kernel_a,
+        "kernel-b": kernel_b,
+        "line": lambda: line(size, radians(30)),
+        "disk": lambda: disk(size / 2),
+        "gaussian": lambda: gaussian(size / 6),
+    }
+    return shapes[text]() if text in shapes else read_psf(Path(text))

@@ -1,0 +1,231 @@
+"""What each command does: read, run the stages, write, and say what came out."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+
+from .. import demo as demonstration
+from .._typing import Image
+from ..edges import Edge
+from ..errors import CrfDeblurError
+from ..estimate import GivenResponse, ResponseEstimate
+from ..io import (
+    check_output,
+    images,
+    make_folder,
+    psfs,
+    read_edges,
+    read_photo,
+    responses,
+    write_edges,
+    write_photo,
+    write_psf,
+    write_responses,
+)
+from ..photo import check_photo
+from ..pipeline import (
+    DeblurOptions,
+    deblurring,
+    estimating_responses,
+    finding_edges,
+    finding_blur,
+)
+from ..profiles import sample_profiles
+from ..psf import PsfEstimate
+from ..report import SUFFIXES as REPORTS
+from ..report import Report, write_report
+from ..simulate import Camera, Scene, simulate as expose, slanted_edges, step_image, street
+from .bar import run
+from .choices import (
+    DECONVOLVERS,
+    fit_named,
+    known_response,
+    psf_estimator,
+    response_fits,
+    simulated_psf,
+)
+
+
+def demo(arguments: Namespace) -> None:
+    """``crfdeblur demo``."""
+    make_folder(arguments.output)
+    result = run(demonstration.demonstrating(arguments.seed))
+    demonstration.write(result, arguments.output)
+    print(demonstration.table(result))
+    print(f"\nThe pictures are in {arguments.output}/; start with report.html.")
+
+
+def deblur(arguments: Namespace) -> None:
+    """``crfdeblur deblur``."""
+    output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
+    _check(output, images.WRITABLE, arguments)
+    options = DeblurOptions(
+        response=response_fits(arguments.response, arguments.per_channel),
+        edges=read_edges(arguments.edges) if arguments.edges else None,
+        blur_extent=arguments.blur_extent,
+        psf=psf_estimator(arguments.psf, arguments.psf_size),
+        method=DECONVOLVERS[arguments.method](),
+    )
+    photo = _photo(arguments.photo)
+    result = run(deblurring(photo, options))
+    write_photo(output, result.photo, like=arguments.photo)
+    if arguments.save_edges:
+        write_edges(arguments.save_edges, result.edges)
+    if arguments.report:
+        write_report(
+            arguments.report,
+            Report(
+                title=arguments.photo.name,
+                photo=photo,
+                edges=result.edges,
+                groups=result.groups,
+                responses=result.responses,
+                psf=result.psf,
+                sharp=result.photo,
+            ),
+        )
+    _say_edges(result.edges)
+    _say_responses(result.responses)
+    _say_psf(result.psf)
+    if result.clipped > 0.02:
+        print(f"clipped: {result.clipped:.0%} of the deblurred values left the intensity range")
+    print(f"wrote {output}")
+
+
+def estimate(arguments: Namespace) -> None:
+    """``crfdeblur estimate``."""
+    if arguments.output:
+        check_output(arguments.output, responses.SUFFIXES)
+    _check_extras(arguments)
+    if len(arguments.photos) > 1 and (arguments.edges or arguments.save_edges):
+        raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
+    fit = fit_named(arguments.method, arguments.psf)
+    options = DeblurOptions(
+        edges=read_edges(arguments.edges) if arguments.edges else None,
+        blur_extent=arguments.blur_extent,
+    )
+    photos = [_photo(path) for path in arguments.photos]
+    edges = [run(finding_edges(photo, options)) for photo in photos]
+    groups = [
+        group
+        for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
+        for group in sample_profiles(photo, own, index=index)
+    ]
+    found = run(estimating_responses(groups, [fit] * 3 if arguments.per_channel else fit))
+    if arguments.output:
+        write_responses(arguments.output, found)
+    if arguments.save_edges:
+        write_edges(arguments.save_edges, edges[0])
+    if arguments.report:
+        title = ", ".join(path.name for path in arguments.photos)
+        write_report(arguments.report, Report(title, photos[0], edges[0], groups, found))
+    for own in edges:
+        _say_edges(own)
+    _say_responses(found)
+    if arguments.output:
+        print(f"wrote {arguments.output}")
+
+
+def psf(arguments: Namespace) -> None:
+    """``crfdeblur psf``."""
+    output = arguments.output or arguments.photo.with_name(f"{arguments.photo.stem}-psf.png")
+    _check(output, psfs.SUFFIXES, arguments)
+    options = DeblurOptions(
+        response=response_fits(arguments.response, arguments.per_channel),
+        edges=read_edges(arguments.edges) if arguments.edges else None,
+        blur_extent=arguments.blur_extent,
+        psf=psf_estimator("auto", arguments.psf_size),
+    )
+    photo = _photo(arguments.photo)
+    found = run(finding_blur(photo, options))
+    write_psf(output, found.psf.psf)
+    if arguments.save_edges:
+        write_edges(arguments.save_edges, found.edges)
+    if arguments.report:
+        report = Report(
+            arguments.photo.name, photo, found.edges, found.groups, found.responses, found.psf
+        )
+        write_report(arguments.report, report)
+    _say_responses(found.responses)
+    _say_psf(found.psf)
+    print(f"wrote {output}")
+
+
+def simulate(arguments: Namespace) -> None:
+    """``crfdeblur simulate``."""
+    output: Path = arguments.output
+    others = {
+        name: output.with_name(f"{output.stem}-{name}{suffix}")
+        for name, suffix in (("sharp", output.suffix), ("psf", ".npy"), ("response", ".json"))
+    }
+    check_output(output, images.WRITABLE)
+    kernel = simulated_psf(arguments.psf, arguments.psf_size, arguments.seed)
+    response = (
+        demonstration.RESPONSE
+        if arguments.response == "camera"
+        else known_response(arguments.response)[0]
+    )
+    camera = Camera(response, noise=arguments.noise, bits=arguments.bits)
+    rows, columns = (
+        side + reach - 1 for side, reach in zip(arguments.size, kernel.shape, strict=True)
+    )
+    scene = _scene(arguments.scene, (rows, columns), arguments.seed)
+    result = expose(scene, kernel, camera, seed=arguments.seed)
+    write_photo(output, result.photo)
+    write_photo(others["sharp"], result.sharp)
+    write_psf(others["psf"], result.psf)
+    write_responses(others["response"], [GivenResponse(response).estimate()])
+    print("wrote " + ", ".join(str(path) for path in (output, *others.values())))
+
+
+def _scene(name: str, shape: tuple[int, int], seed: int) -> Scene:
+    if name == "street":
+        return street(shape, seed=seed)
+    return slanted_edges(shape, seed=seed) if name == "slanted" else step_image(shape)
+
+
+def _photo(path: Path) -> Image:
+    photo = read_photo(path)
+    try:
+        check_photo(photo)
+    except CrfDeblurError as error:
+        raise CrfDeblurError(f"{path}: {error}") from error
+    return photo
+
+
+def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
+    """Default name of a result, in a kind of file that can be written."""
+    suffix = photo.suffix if photo.suffix.lower() in suffixes else ".png"
+    return photo.with_name(f"{photo.stem}{ending}{suffix}")
+
+
+def _check(output: Path, suffixes: Sequence[str], arguments: Namespace) -> None:
+    """Refuse outputs that cannot be written, before any work."""
+    check_output(output, suffixes)
+    if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
+        raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
+    _check_extras(arguments)
+
+
+def _check_extras(arguments: Namespace) -> None:
+    if arguments.report:
+        check_output(arguments.report, REPORTS)
+    if arguments.save_edges:
+        check_output(arguments.save_edges, (".json",))
+
+
+def _say_edges(edges: Sequence[Edge]) -> None:
+    if edges:
+        print(f"edges: {sum(edge.good for edge in edges)} good of {len(edges)}")
+
+
+def _say_responses(found: Sequence[ResponseEstimate]) -> None:
+    names = ["response"] if len(found) == 1 else ["response R", "response G", "response B"]
+    for name, one in zip(names, found, strict=True):
+        low, high = one.covered
+        print(f"{name}: {one.status.value} (intensity {low:.2f} to {high:.2f})")
+
+
+def _say_psf(found: PsfEstimate) -> None:
+    rows, columns = found.psf.shape
+    print(f"PSF: {columns} x {rows} pixels; {found.status.value}")

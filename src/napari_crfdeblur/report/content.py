@@ -1,0 +1,162 @@
+"""What a report says: the parts of a result, its sentences and its figures."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._typing import FloatArray, Image
+from ..edges import Edge
+from ..estimate import ResponseEstimate
+from ..profiles import ProfileGroup
+from ..psf import PsfEstimate
+from ..response import SRGB, Gamma, ResponseCurve
+
+CHANNELS = ("red", "green", "blue")
+
+
+def usual_curves() -> dict[str, ResponseCurve]:
+    """What is often assumed of a camera, for comparison."""
+    return {"gamma 2.2": Gamma(2.2), "sRGB": SRGB()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """The content of one page; parts that are missing are left out.
+
+    Parameters
+    ----------
+    title : str
+        Name of the photo, or of what was done.
+    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4), optional
+        The photo, or the first of several: uint8, uint16 or float in [0, 1].
+    edges : sequence of Edge
+        Edges of `photo`, the rejected ones too.
+    groups : sequence of ProfileGroup
+        Profiles of all photos, the largest group first.
+    responses : sequence of ResponseEstimate
+        One for all channels, or one for each.
+    psf : PsfEstimate, optional
+        Point spread function.
+    sharp : ndarray, the shape of `photo`, optional
+        The photo deblurred.
+    pictures : mapping of str to ndarray
+        Further photos to be shown beside it, by caption.
+    references : mapping of str to ResponseCurve
+        Curves drawn beside the estimate, by name.
+    figures : mapping of str to str
+        Further rows of the table, by name.
+    notes : sequence of str
+        Further sentences.
+    """
+
+    title: str
+    photo: Image | None = None
+    edges: Sequence[Edge] = ()
+    groups: Sequence[ProfileGroup] = ()
+    responses: Sequence[ResponseEstimate] = ()
+    psf: PsfEstimate | None = None
+    sharp: Image | None = None
+    pictures: Mapping[str, Image] = field(default_factory=dict)
+    references: Mapping[str, ResponseCurve] = field(default_factory=usual_curves)
+    figures: Mapping[str, str] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+
+    @property
+    def curves(self) -> list[ResponseCurve]:
+        """The curve of all channels, or one for each."""
+        return [estimate.curve for estimate in self.responses]
+
+
+def channel_names(count: int) -> list[str]:
+    """Names of so many responses, none for a single one."""
+    return [""] if count == 1 else list(CHANNELS)
+
+
+def sentences(report: Report) -> dict[str, str]:
+    """How far each part can be trusted, in words."""
+    found: dict[str, list[str]] = {}
+    for name, estimate in zip(
+        channel_names(len(report.responses)), report.responses, strict=False
+    ):
+        found.setdefault(estimate.status.value, []).append(name)
+    said = {}
+    for status, names in found.items():
+        which = f" ({', '.join(names)})" if len(found) > 1 else ""
+        said[f"Response{which}"] = status + "."
+    if report.psf is not None:
+        said["PSF"] = report.psf.status.value + "."
+    for number, note in enumerate(report.notes, start=1):
+        said["Note" if len(report.notes) == 1 else f"Note {number}"] = note
+    return said
+
+
+def table(report: Report) -> dict[str, str]:
+    """The figures of a report, by name, in words and units."""
+    rows: dict[str, str] = {}
+    if report.photo is not None:
+        height, width = report.photo.shape[:2]
+        rows["photo"] = f"{width} × {height} px, {report.photo.dtype}"
+    if report.edges:
+        good = [edge for edge in report.edges if edge.good]
+        rows["edges"] = f"{len(good)} good, {len(report.edges) - len(good)} rejected"
+        if good:
+            rows["width of the edges"] = f"{np.median([e.width for e in good]):.1f} px (median)"
+    if report.groups:
+        rows |= _of_groups(report)
+    rows |= _of_responses(report.responses)
+    if report.psf is not None:
+        rows["PSF"] = "{1} × {0} px".format(*report.psf.psf.shape)
+        rows |= {f"PSF, {k}": f"{v:.3g}" for k, v in report.psf.diagnostics.items()}
+    return rows | dict(report.figures)
+
+
+def _of_groups(report: Report) -> dict[str, str]:
+    photos = len({source.image for group in report.groups for source in group.sources})
+    where = f" of {photos} photos" if photos > 1 else ""
+    count, groups = sum(map(len, report.groups)), len(report.groups)
+    rows = {"profiles": f"{count} in {groups} group{'s' * (groups != 1)}{where}"}
+    largest = report.groups[0]
+    if len(largest) >= 2:
+        rows["their spread, as recorded"] = f"{spread(largest):.1%} of the range"
+        if report.curves:
+            rows["their spread, linearised"] = f"{spread(largest, report.curves):.1%} of the range"
+    return rows
+
+
+def _of_responses(responses: Sequence[ResponseEstimate]) -> dict[str, str]:
+    """Figures of the responses, those of several channels in one row."""
+    rows: dict[str, list[str]] = {}
+    for estimate in responses:
+        low, high = estimate.covered
+        rows.setdefault("covered intensity", []).append(f"{low:.2f} to {high:.2f}")
+        for name, value in estimate.diagnostics.items():
+            if name not in ("groups", "profiles"):  # counted above
+                rows.setdefault(f"response, {name}", []).append(f"{value:.3g}")
+    return {name: " / ".join(values) for name, values in rows.items()}
+
+
+def normalized(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> FloatArray:
+    """Profiles from 0 on one side to 1 on the other, shape (J, M).
+
+    Parameters
+    ----------
+    group : ProfileGroup
+        Profiles; a row whose sides are equal is left out.
+    curves : sequence of ResponseCurve
+        One for all channels or one for each, undone first; none leaves the recorded intensity.
+    """
+    values, sides = group.intensity.copy(), group.sides.copy()
+    channel = np.array([source.channel for source in group.sources], dtype=int)
+    for number, curve in enumerate(curves):
+        own = channel == number if len(curves) > 1 else np.ones(len(group), dtype=bool)
+        values[own], sides[own] = (curve.to_irradiance(x[own]) for x in (values, sides))
+    extent = np.diff(sides, axis=1)
+    steps = extent[:, 0] != 0
+    return np.asarray((values[steps] - sides[steps, :1]) / extent[steps])
+
+
+def spread(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> float:
+    """Root mean square distance of normalised profiles from their mean."""
+    profiles = normalized(group, curves)
+    return float(np.sqrt(np.mean((profiles - profiles.mean(axis=0)) ** 2)))
