@@ -21,6 +21,7 @@ import argparse
 import time
 import tracemalloc
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -70,8 +71,8 @@ def kernel(number: int) -> Plane:
     else:
         walk = np.random.default_rng(number).normal(size=(2, 400)).cumsum(axis=1).cumsum(axis=1)
         walk = 8 * walk / np.abs(walk - walk.mean(axis=1, keepdims=True)).max()
-        path_ = np.histogram2d(*(walk - walk.mean(axis=1, keepdims=True)), bins=np.arange(-9, 9))
-        psf = ndimage.gaussian_filter(path_[0], 0.5)
+        hits = np.histogram2d(*(walk - walk.mean(axis=1, keepdims=True)), bins=np.arange(-9, 9))
+        psf = ndimage.gaussian_filter(hits[0], 0.5)
     return psf / psf.sum()
 
 
@@ -171,14 +172,15 @@ def speed(name: str, shape: tuple[int, int]) -> None:
     psf = ndimage.zoom(kernel(4), 31 / kernel(4).shape[0], order=1)
     psf = np.maximum(psf, 0) / np.maximum(psf, 0).sum()
     unit = pair(periodic_shape(plane.shape, psf.shape))
-    wiener, lucy = (peers()[f"scikit-image {each}, as shipped"][-1] for each in PEERS.values())
+    wiener = peers()["scikit-image wiener, as shipped"][-1]
+    lucy = peers()["scikit-image richardson_lucy, as shipped"][-1]
     theirs = {
         Wiener: seconds(lambda: wiener(plane, psf)),
         RichardsonLucy: seconds(lambda: lucy(plane, psf)),
     }
     rows = []
     for method, transforms in TRANSFORMS.items():
-        restore = lambda each=method: deconvolve(plane, psf, each)  # noqa: E731 - timed twice
+        restore = partial(deconvolve, plane, psf, method)
         cpu, kind = seconds(restore), type(method)
         peer = f"{cpu / theirs[kind]:.2f}" if kind in theirs else "-"
         bound = f"{cpu / (transforms / 2 * unit):.2f}"
@@ -187,9 +189,6 @@ def speed(name: str, shape: tuple[int, int]) -> None:
     print(f"\n{name}, PSF 31 x 31; one pair of transforms {1000 * unit:.0f} ms\n")
     heads = ["", "pairs", "CPU s", "/ FFT bound", "/ scikit-image", "peak memory, planes"]
     table(heads, rows)
-
-
-PEERS = {Wiener: "wiener", RichardsonLucy: "richardson_lucy"}
 
 
 def table(heads: list[str], rows: list[list[str]]) -> None:

@@ -12,7 +12,7 @@ from ._typing import BoolArray, FloatArray
 from .fourier import Shape, fast_shape, forward, gradient_power, inverse, otf, power
 
 SMOOTHNESS = 0.02  # of the gap: a flat optimum for noise of .003 to .03 of full scale
-STEPS = 10  # of conjugate gradients: more gain less than .02 dB
+STEPS = 10  # of conjugate gradients: two fewer lose .01 dB at noise .01, .04 dB at .002
 REACH = 2  # PSF sides from the border beyond which the picture does not affect the gap
 
 

@@ -10,10 +10,10 @@ from .deconvolve import HyperLaplacian, deconvolving
 from .estimate import GivenResponse
 from .io import write_photo, write_psf, write_responses, write_text
 from .linear import linearize, reapply
-from .pipeline import Deblurred, DeblurOptions, deblurring
+from .pipeline import Deblurred, deblurring
 from .progress import Job
-from .psf import GivenPsf, camera_shake
-from .quality import psnr, response_error, ringing, ssim
+from .psf import camera_shake
+from .quality import kernel_similarity, psnr, response_error, ringing, ssim
 from .report import Report, write_report
 from .response import Gamma, GeneralizedGamma, Identity, ResponseCurve
 from .simulate import Camera, Simulated, simulate, street
@@ -21,9 +21,9 @@ from .simulate import Camera, Simulated, simulate, street
 # A camera whose contrast is stronger than gamma 2.2 allows for: the local exponent goes from
 # 1.2 in the shadows to 3 in the highlights.
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
-SHAPE = 600, 900
-PSF_SIZE = 21
-NOISE = 0.002
+SHAPE = 800, 1200
+PSF_SIZE = 15
+NOISE = 0.003
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -97,3 +97,65 @@ def _trying(
         ssim=ssim(photo, truth.sharp),
         ringing=ringing(photo, truth.photo, extent=PSF_SIZE),
     )
+
+
+def table(result: Demonstration) -> str:
+    """The comparison as a Markdown table, and the whole path in a sentence."""
+    lines = [
+        "| response  | its error | PSNR, dB | SSIM  | ringing |",
+        "|-----------|----------:|---------:|------:|--------:|",
+    ]
+    lines += [
+        f"| {t.name:<9} | {t.error:9.4f} | {t.psnr:8.2f} | {t.ssim:5.3f} | {t.ringing:7.2f} |"
+        for t in result.trials
+    ]
+    truth, whole = result.truth, result.whole
+    return "\n".join(
+        [
+            *lines,
+            "",
+            "Response error: RMSE after the best affine alignment, over the range of the edges.",
+            "PSNR and SSIM: the photo deblurred with that response and the true PSF.",
+            f"Blurred photo: {psnr(truth.photo, truth.sharp):.2f} dB.",
+            f"From the photo alone, PSF estimated too: {psnr(whole.photo, truth.sharp):.2f} dB, "
+            f"PSF similarity {kernel_similarity(whole.psf.psf, truth.psf):.2f}.",
+        ]
+    )
+
+
+def write(result: Demonstration, folder: Path) -> None:
+    """Write the pictures, the PSFs, the response, the table and a report to a folder."""
+    truth, whole = result.truth, result.whole
+    write_photo(folder / "blurred.png", truth.photo)
+    write_photo(folder / "sharp.png", truth.sharp)
+    write_photo(folder / "deblurred.png", whole.photo)
+    for trial in result.trials:
+        name = trial.name.replace(" ", "-")
+        write_photo(folder / f"deblurred-{name}.png", trial.photo)
+    write_photo(folder / "before-after.png", before_after(result))
+    write_psf(folder / "psf-true.png", truth.psf)
+    write_psf(folder / "psf-estimated.png", whole.psf.psf)
+    write_responses(folder / "response-true.json", [GivenResponse(RESPONSE).estimate()])
+    write_responses(folder / "response-estimated.json", whole.responses)
+    write_text(folder / "table.md", table(result) + "\n")
+    report = Report(
+        title="A known street, blurred and recovered",
+        photo=truth.photo,
+        edges=whole.edges,
+        groups=whole.groups,
+        responses=whole.responses,
+        psf=whole.psf,
+        sharp=whole.photo,
+    )
+    write_report(folder / "report.html", report)
+
+
+def before_after(result: Demonstration) -> Image:
+    """The blurred photo, deblurred as if linear and in linear light: a strip of three."""
+    rows, columns = SHAPE
+    window = slice(rows // 8, rows * 5 // 8), slice(columns * 4 // 10, columns * 7 // 10)
+    trials = {trial.name: trial.photo for trial in result.trials}
+    shown = [result.truth.photo, trials["identity"], trials["estimated"]]
+    gap = np.full((window[0].stop - window[0].start, 8, 3), 255, dtype=np.uint8)
+    parts = [part for photo in shown for part in (photo[window], gap)]
+    return np.concatenate(parts[:-1], axis=1)

@@ -16,11 +16,13 @@ from .estimate import (
     ResponseFit,
     estimating_response,
 )
+from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
 from .linear import Response, linearize, reapply
 from .photo import ALPHA, check_photo, color
-from .profiles import ProfileGroup, of_channel, sample_profiles
+from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sample_profiles
 from .progress import Job, Progress, drain
 from .psf import PsfEstimate, PsfEstimator, XuJia, estimating_psf
+from .response import dorf_mean
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +110,7 @@ def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
     """Long job: the path up to the PSF."""
     check_photo(photo)
     edges = (yield from finding_edges(photo, options)) if _edges_needed(options) else ()
-    groups = tuple(sample_profiles(photo, edges))
+    groups = profiles_for(options.response, photo, edges)
     responses = yield from estimating_responses(groups, options.response)
     linear = linearize(color(photo), joint_curve(responses))
     method = options.psf or _psf_estimator(photo, edges, options)
@@ -167,6 +169,26 @@ def joint_curve(estimates: Sequence[ResponseEstimate]) -> Response:
     """The curve of all channels, or the curves of each."""
     curves = [estimate.curve for estimate in estimates]
     return curves[0] if len(curves) == 1 else curves
+
+
+def profiles_for(
+    method: ResponseFit | Sequence[ResponseFit],
+    photo: Image,
+    edges: Sequence[Edge],
+    index: int = 0,
+) -> tuple[ProfileGroup, ...]:
+    """Profiles of a photo, in the groups that tell the method most about the response.
+
+    Where edges lie between different colors, the channels of each edge are a group that
+    needs no alignment. In a grey photo, in one of grey things, and for one response for each
+    channel, the edges of one orientation are.
+    """
+    if isinstance(method, ResponseFit):
+        by_edge = sample_profiles(photo, edges, grouping=ByEdge(), index=index)
+        rows = [group for group in by_edge if len(group) >= 2]
+        if levels_apart(rows, dorf_mean()) >= LEAST_COLLINEARITY:
+            return tuple(by_edge)
+    return tuple(sample_profiles(photo, edges, grouping=ByOrientation(), index=index))
 
 
 def finding_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:

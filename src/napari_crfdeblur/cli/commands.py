@@ -28,9 +28,9 @@ from ..pipeline import (
     deblurring,
     estimating_responses,
     finding_edges,
+    profiles_for,
     finding_blur,
 )
-from ..profiles import sample_profiles
 from ..psf import PsfEstimate
 from ..report import SUFFIXES as REPORTS
 from ..report import Report, write_report
@@ -100,6 +100,7 @@ def estimate(arguments: Namespace) -> None:
     if len(arguments.photos) > 1 and (arguments.edges or arguments.save_edges):
         raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
     fit = fit_named(arguments.method, arguments.psf)
+    method = [fit] * 3 if arguments.per_channel else fit
     options = DeblurOptions(
         edges=read_edges(arguments.edges) if arguments.edges else None,
         blur_extent=arguments.blur_extent,
@@ -109,9 +110,9 @@ def estimate(arguments: Namespace) -> None:
     groups = [
         group
         for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
-        for group in sample_profiles(photo, own, index=index)
+        for group in profiles_for(method, photo, own, index)
     ]
-    found = run(estimating_responses(groups, [fit] * 3 if arguments.per_channel else fit))
+    found = run(estimating_responses(groups, method))
     if arguments.output:
         write_responses(arguments.output, found)
     if arguments.save_edges:

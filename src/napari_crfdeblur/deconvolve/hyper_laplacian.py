@@ -12,7 +12,7 @@ from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import contrast, relative_noise
 
-WEIGHT_OF_NOISE = 4.0
+WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
 TABLE_SIZE = 1 << 13
 TABLE_SPAN = 32  # thresholds: above it shrinkage takes less than half a percent

@@ -7,15 +7,16 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..boundary import extend
-from ..fourier import Shape, forward, gradient_power, inverse, otf, power
+from ..fourier import Shape, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import contrast, relative_noise
 
-WEIGHT_OF_NOISE = 2.5
+WEIGHT_OF_NOISE = 2.5  # best on average over pictures, PSFs and noise of .003 to .03
 SECOND = 0.25  # share of the second derivatives in the prior
 SMALLEST = 0.01  # difference at which |d|^alpha is rounded off, for contrast 1
 SMOOTHING = 0.03  # of the first guess, from which any similar value leads to the same place
+HALO = 2  # rows that the highest derivative reaches
 DERIVATIVES = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))  # orders along rows and columns
 
 
@@ -70,6 +71,7 @@ class SparseIrls(Deconvolver):
             system = _System(gain, _weights(sharp, weight, self.exponent))
             for step in _conjugate_gradients(system, target, sharp, self.steps):
                 yield Progress("sparse IRLS", done * self.steps + step, total)
+            del system  # five planes, before the next five are made
         return sharp[: plane.shape[0], : plane.shape[1]] * plane.dtype.type(scale)
 
 
@@ -106,11 +108,19 @@ class _System:
         spectrum = forward(plane)
         spectrum *= self.gain
         result = inverse(spectrum, self.shape)
-        for orders, weight in zip(DERIVATIVES, self.weights, strict=True):
-            difference = _derivative(plane, orders)
-            difference *= weight
-            result += _adjoint(difference, orders)
+        for block in row_blocks(self.shape):
+            result[block] += self._prior(plane, block)
         return result
+
+    def _prior(self, plane: FloatArray, block: slice) -> FloatArray:
+        """Rows of ``sum_j D_j' W_j D_j x``."""
+        # two more rows on either side: what wraps around within the part stays in these
+        rows = np.arange(block.start - HALO, block.stop + HALO) % len(plane)
+        part = plane[rows]
+        total: FloatArray = np.zeros_like(part)
+        for orders, weight in zip(DERIVATIVES, self.weights, strict=True):
+            total += _adjoint(weight[rows] * _derivative(part, orders), orders)
+        return total[HALO:-HALO]
 
     def precondition(self, plane: FloatArray) -> FloatArray:
         spectrum = forward(plane)

@@ -20,7 +20,7 @@ from ..progress import Job, Progress
 from .base import Deconvolver
 from .noise import relative_noise
 
-WEIGHT_OF_NOISE = 80.0
+WEIGHT_OF_NOISE = 60.0  # best on average over pictures, PSFs and noise of .002 to .03
 
 
 @dataclass(frozen=True, slots=True)

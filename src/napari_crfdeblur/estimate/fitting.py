@@ -12,14 +12,11 @@ from ..progress import Job, Progress
 from . import polynomial
 from .band import band, covered_range
 from .base import ResponseEstimate, ResponseStatus
-from .identifiability import collinearity
+from .identifiability import LEAST_COLLINEARITY, collinearity
 from .rows import Rows
 from .search import Found, Terms, resampling, search
 
-# Least distance from the families that cannot tell the response, and least range covered,
-# of an estimate that is called good. Of random fits, one in seven below .03 was worse than
-# the DoRF mean.
-LEAST_COLLINEARITY = 0.03
+# Least range of intensity covered by an estimate that is called good.
 LEAST_COVERED = 0.3
 BAND_SAMPLES = 257
 

@@ -50,7 +50,7 @@ class RankMinimization(ResponseFit):
     """
 
     tail: Tail = Tail.SECOND
-    scale: RowScale = RowScale.BY_RANGE
+    scale: RowScale = RowScale.RAW
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:

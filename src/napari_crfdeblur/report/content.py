@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from math import degrees
 
 import numpy as np
 
 from .._typing import FloatArray, Image
 from ..edges import Edge
-from ..estimate import ResponseEstimate
+from ..estimate import ResponseEstimate, ResponseStatus
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate
 from ..response import SRGB, Gamma, ResponseCurve
@@ -128,8 +129,9 @@ def _of_responses(responses: Sequence[ResponseEstimate]) -> dict[str, str]:
     """Figures of the responses, those of several channels in one row."""
     rows: dict[str, list[str]] = {}
     for estimate in responses:
-        low, high = estimate.covered
-        rows.setdefault("covered intensity", []).append(f"{low:.2f} to {high:.2f}")
+        if estimate.status is not ResponseStatus.GIVEN:
+            low, high = estimate.covered
+            rows.setdefault("covered intensity", []).append(f"{low:.2f}–{high:.2f}")
         for name, value in estimate.diagnostics.items():
             if name not in ("groups", "profiles"):  # counted above
                 rows.setdefault(f"response, {name}", []).append(f"{value:.3g}")
@@ -157,6 +159,16 @@ def normalized(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> Flo
 
 
 def spread(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> float:
-    """Root mean square distance of normalised profiles from their mean."""
+    """Distance of normalised profiles from their median: root mean square of the middle row.
+
+    The middle one of all rows, since a few faint edges, whose noise is scaled up most, would
+    hide what the others show.
+    """
     profiles = normalized(group, curves)
-    return float(np.sqrt(np.mean((profiles - profiles.mean(axis=0)) ** 2)))
+    square = (profiles - np.median(profiles, axis=0)) ** 2
+    return float(np.median(np.sqrt(square.mean(axis=1))))
+
+
+def direction(group: ProfileGroup) -> str:
+    """Direction of the edges of a group, counterclockwise from the horizontal."""
+    return f"{round(90 - degrees(group.orientation)) % 180}°"

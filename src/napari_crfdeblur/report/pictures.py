@@ -2,7 +2,6 @@
 
 from collections import Counter
 from collections.abc import Sequence
-from math import degrees
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +12,7 @@ from ..edges import Edge
 from ..photo import color, luminance, to_unit
 from ..profiles import ProfileGroup
 from .colors import GROUPS, INK, OTHERS, PALE, REJECTED
+from .content import direction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -64,19 +64,67 @@ def draw_edges(ax: "Axes", edges: Sequence[Edge], groups: Sequence[ProfileGroup]
     groups : sequence of ProfileGroup
         Profiles across the edges; those of image 0 tell which edge is in which group.
     """
-    used: set[int] = set()
-    members = [_edges_of(group, len(edges)) - used for group in groups]
-    distinct = [(group, own) for group, own in zip(groups, members, strict=True) if own]
-    for (group, own), shade in zip(distinct, GROUPS, strict=False):
-        _lines(ax, [edges[i] for i in own - used], shade, f"at {_angle(group)}")
-        used |= own
-    rest = [e for i, e in enumerate(edges) if e.good and i not in used]
-    _lines(ax, rest, OTHERS, "at other angles" if used else "good")
+    left = {i for i, edge in enumerate(edges) if edge.good}
+    shades = iter(GROUPS)
+    for group in groups:
+        own = left & {s.edge for s in group.sources if s.image == 0}
+        if own and (shade := next(shades, None)):
+            _lines(ax, [edges[i] for i in sorted(own)], shade, f"at {direction(group)}")
+            left -= own
+    rest = "at other angles" if groups else "found"
+    _lines(ax, [edges[i] for i in sorted(left)], OTHERS, rest)
     rejected = Counter(edge.status for edge in edges if not edge.good)
     for status, _ in rejected.most_common():
         faulty = [edge for edge in edges if edge.status is status]
-        _lines(ax, faulty, REJECTED, f"rejected: {status.value}", thin=True)
+        _lines(ax, faulty, REJECTED, f"rejected: {status.value}", width=0.7)
 
 
-def _edges_of(group: ProfileGroup, count: int) -> set[int]:
-    return {s.edge for s in group.sources if s.image == 0 and s.edge < count}
+def draw_psf(ax: "Axes", psf: FloatArray) -> None:
+    """Draw a PSF, shape (H, W), dark where it is heavy, in pixels from its origin."""
+    rows, columns = (side // 2 for side in psf.shape)
+    shown = (-columns - 0.5, columns + 0.5, rows + 0.5, -rows - 0.5)
+    ax.imshow(psf, extent=shown, cmap="gray_r", vmin=0, interpolation="nearest")
+    for line in (ax.axhline, ax.axvline):
+        line(0, color=GROUPS[0], linewidth=0.5, alpha=0.6)
+    ax.tick_params(labelsize=7, labelcolor=PALE, length=2, color=PALE)
+    ax.locator_params(nbins=5, integer=True)
+    ax.set_xlabel("pixels from the origin", fontsize=7.5, color=INK)
+    frame(ax)
+
+
+def detail(photo: Image, sharp: Image) -> tuple[slice, slice] | None:
+    """Rows and columns where deblurring changed most; None if the photo is hardly larger."""
+    height, width = photo.shape[:2]
+    if height < 1.5 * DETAIL[0] or width < 1.5 * DETAIL[1]:
+        return None
+    (before, k), (after, _) = reduced(photo), reduced(sharp)
+    # Squared, so that edges count for more than noise.
+    change = (luminance(after) - luminance(before)) ** 2
+    window = [max(1, side // k) for side in DETAIL]
+    mean = ndimage.uniform_filter(change, window, mode="constant")
+    row, column = (int(i) * k for i in np.unravel_index(np.argmax(mean), mean.shape))
+    top = min(max(row - DETAIL[0] // 2, 0), height - DETAIL[0])
+    left = min(max(column - DETAIL[1] // 2, 0), width - DETAIL[1])
+    return slice(top, top + DETAIL[0]), slice(left, left + DETAIL[1])
+
+
+def frame(ax: "Axes") -> None:
+    """A thin grey line around the axes."""
+    ax.spines[:].set(linewidth=0.5, color=PALE)
+
+
+def _lines(
+    ax: "Axes", edges: Sequence[Edge], shade: str, label: str, *, width: float = 1.6
+) -> None:
+    """Edges in one colour, cased in white so that they stand out on any photo."""
+    from matplotlib.collections import LineCollection
+    from matplotlib.patheffects import withStroke
+
+    if not edges:
+        return
+    points = [[edge.start[::-1], edge.end[::-1]] for edge in edges]
+    casing = [withStroke(linewidth=width + 1, foreground="white")]
+    lines = LineCollection(points, colors=shade, linewidths=width, path_effects=casing)
+    lines.set_label(f"{len(edges)} {label}")
+    ax.add_collection(lines, autolim=False)
+

@@ -1,0 +1,246 @@
+"""The command ``crfdeblur``: what it writes, and what it says when it cannot."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from napari_crfdeblur.cli import main
+from napari_crfdeblur.io import read_photo, read_psf, write_photo, write_psf
+from napari_crfdeblur.psf import camera_shake
+from napari_crfdeblur.quality import psnr
+from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
+from napari_crfdeblur.response import GeneralizedGamma
+
+RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
+
+
+@pytest.fixture(scope="module")
+def simulated():
+    scene = slanted_edges((432, 572), seed=3, pitch=140, channels=3)
+    return simulate(scene, camera_shake(13, 4), Camera(RESPONSE, noise=0.002), seed=5)
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, simulated):
+    """A folder with a blurred photo, its sharp truth and its PSF."""
+    monkeypatch.chdir(tmp_path)
+    write_photo(Path("photo.png"), simulated.photo)
+    write_photo(Path("sharp.png"), simulated.sharp)
+    write_psf(Path("psf.npy"), simulated.psf)
+    return tmp_path
+
+
+def run(*arguments):
+    return main([str(a) for a in arguments])
+
+
+def refused(capsys, *arguments):
+    """The one sentence of a refusal; nothing but the inputs is left behind."""
+    before = {p: p.read_bytes() for p in Path().iterdir() if p.is_file()}
+    assert run(*arguments) == 2
+    after = {p: p.read_bytes() for p in Path().iterdir() if p.is_file()}
+    assert after == before
+    error = capsys.readouterr().err
+    assert error.startswith("crfdeblur: ")
+    assert error.count("\n") == 1
+    assert "Traceback" not in error
+    return error
+
+
+def test_deblur_with_known_psf_sharpens_the_photo(here, simulated, capsys):
+    code = run("deblur", "photo.png", "--psf", "psf.npy", "--blur-extent", 17, "-o", "out.png",
+               "--report", "report.html", "--save-edges", "edges.json")
+    assert code == 0
+    sharp = psnr(read_photo(Path("out.png")), simulated.sharp)
+    # Deconvolution with the true PSF gains many dB; 4 would be missed by any wrong step.
+    assert sharp > psnr(simulated.photo, simulated.sharp) + 4
+    assert "wrote out.png" in capsys.readouterr().out
+    assert Path("report.html").stat().st_size > 10_000
+    assert json.loads(Path("edges.json").read_text())["edges"]
+
+
+def test_an_estimated_response_serves_other_photos(here, simulated):
+    assert run("estimate", "photo.png", "--blur-extent", 17, "-o", "camera.json") == 0
+    content = json.loads(Path("camera.json").read_text())
+    assert content["format"] == "crfdeblur-response"
+    assert content["version"] == 1
+    assert content["direction"] == "inverse"
+    channel = content["channels"][0]
+    assert {"name", "intensity", "irradiance", "lower", "upper", "covered", "status"} <= set(channel)
+    assert run("deblur", "photo.png", "--psf", "psf.npy", "--response", "camera.json") == 0
+    out = read_photo(Path("photo-deblurred.png"))
+    assert psnr(out, simulated.sharp) > psnr(simulated.photo, simulated.sharp) + 4
+
+
+def test_several_photos_are_pooled(here):
+    write_photo(Path("again.tif"), read_photo(Path("photo.png"))[::-1])
+    assert run("estimate", "photo.png", "again.tif", "--blur-extent", 17, "-o", "one.json") == 0
+    both = json.loads(Path("one.json").read_text())["channels"][0]["diagnostics"]
+    assert run("estimate", "photo.png", "--blur-extent", 17, "-o", "one.json") == 0
+    one = json.loads(Path("one.json").read_text())["channels"][0]["diagnostics"]
+    assert both["profiles"] > one["profiles"]
+
+
+@pytest.mark.parametrize("method", ["rank", "rank-all", "mean", "known-psf"])
+def test_every_estimator_can_be_named(here, method):
+    extra = ["--psf", "psf.npy"] if method == "known-psf" else []
+    assert run("estimate", "photo.png", "--method", method, "--blur-extent", 17, *extra) == 0
+
+
+@pytest.mark.parametrize("method", ["hyper-laplacian", "irls", "richardson-lucy", "wiener"])
+def test_every_deconvolution_can_be_named(here, method):
+    small = read_photo(Path("photo.png"))[:80, :100]
+    write_photo(Path("small.jpg"), small)
+    code = run("deblur", "small.jpg", "--psf", "psf.npy", "--response", "srgb", "--method", method)
+    assert code == 0
+    assert read_photo(Path("small-deblurred.jpg")).shape == small.shape
+
+
+def test_psf_writes_a_psf(here):
+    small = read_photo(Path("photo.png"))[:160, :200]
+    write_photo(Path("small.png"), small)
+    code = run("psf", "small.png", "--response", "gamma:1.5", "--psf-size", 13, "-o", "k.tif")
+    assert code == 0
+    psf = read_psf(Path("k.tif"))
+    assert psf.min() >= 0
+    assert psf.sum() == pytest.approx(1)
+
+
+def test_simulate_writes_the_truth_beside_the_photo(here):
+    assert run("simulate", "-o", "new.png", "--scene", "slanted", "--size", "100x140",
+               "--psf", "disk", "--psf-size", 7, "--response", "srgb") == 0
+    assert read_photo(Path("new.png")).shape[:2] == (100, 140)
+    assert read_photo(Path("new-sharp.png")).shape[:2] == (100, 140)
+    assert read_psf(Path("new-psf.npy")).shape == (7, 7)
+    assert json.loads(Path("new-response.json").read_text())["direction"] == "inverse"
+
+
+@pytest.mark.parametrize(
+    ("content", "advice"),
+    [
+        (None, "no such file"),
+        (b"", "not a PNG, JPEG or TIFF"),
+        (b"hello", "not a PNG, JPEG or TIFF"),
+        (b"GIF89a" + bytes(40), "not a PNG, JPEG or TIFF"),
+        (b"\x89PNG\r\n\x1a\n" + bytes(40), "truncated or damaged"),
+        (b"\xff\xd8\xff\xe0" + bytes(40), "truncated or damaged"),
+        (b"II*\0" + bytes(40), "truncated or damaged"),
+    ],
+    ids=["missing", "empty", "text", "gif", "png", "jpeg", "tiff"],
+)
+@pytest.mark.parametrize("command", ["deblur", "estimate", "psf"])
+def test_a_file_that_is_no_photo_is_refused(here, capsys, command, content, advice):
+    if content is not None:
+        Path("bad.png").write_bytes(content)
+    assert advice in refused(capsys, command, "bad.png")
+
+
+@pytest.mark.parametrize(
+    ("photo", "advice"),
+    [
+        (np.zeros((1, 1), dtype=np.uint8), "at least 8"),
+        (np.full((40, 50), 77, dtype=np.uint8), "constant"),
+        (np.full((40, 50, 3), 255, dtype=np.uint8), "saturated"),
+        (np.full((40, 50), np.nan, dtype=np.float32), "finite"),
+        (np.random.default_rng(0).integers(90, 99, (80, 90), dtype=np.uint8), "edge"),
+    ],
+    ids=["pixel", "constant", "saturated", "nan", "no-edge"],
+)
+def test_a_photo_without_content_is_refused(here, capsys, photo, advice):
+    write_photo(Path("bad.tif"), photo)
+    assert advice in refused(capsys, "deblur", "bad.tif", "--psf", "psf.npy", "-o", "out.png")
+
+
+@pytest.mark.parametrize(
+    ("psf", "advice"),
+    [
+        (np.ones((999, 3)), "larger than the image"),
+        (-np.ones((3, 3)), "negative"),
+        (np.zeros((5, 5)), "zero"),
+        (np.full((5, 5), np.nan), "finite"),
+        (np.ones((5, 5, 3)), "greyscale"),
+    ],
+    ids=["large", "negative", "zero", "nan", "color"],
+)
+def test_a_psf_that_is_none_is_refused(here, capsys, psf, advice):
+    np.save("bad.npy", psf)
+    error = refused(capsys, "deblur", "photo.png", "--psf", "bad.npy", "--response", "srgb")
+    assert advice in error
+
+
+@pytest.mark.parametrize(
+    ("change", "advice"),
+    [
+        ({"direction": "forward"}, "direction"),
+        ({"format": "something"}, "not a response file"),
+        ({"channels": []}, "channels"),
+        ({"channels": [{"intensity": [0, 0.5, 1], "irradiance": [0, 0, 1]}]}, "increase"),
+    ],
+)
+def test_a_response_file_that_is_none_is_refused(here, capsys, change, advice):
+    content = {
+        "format": "crfdeblur-response",
+        "version": 1,
+        "direction": "inverse",
+        "channels": [{"intensity": [0, 0.5, 1], "irradiance": [0, 0.2, 1]}],
+    }
+    Path("bad.json").write_text(json.dumps(content | change))
+    error = refused(capsys, "deblur", "photo.png", "--psf", "psf.npy", "--response", "bad.json")
+    assert advice in error
+
+
+@pytest.mark.parametrize(
+    ("arguments", "advice"),
+    [
+        (["deblur", "photo.png", "-o", "missing/out.png"], "no such folder"),
+        (["deblur", "photo.png", "-o", "out.xyz"], "kind of file"),
+        (["deblur", "photo.png", "-o", "photo.png"], "the photo itself"),
+        (["deblur", "photo.png", "--response", "gamma:x"], "no response"),
+        (["deblur", "photo.png", "--response", "gamma:-1"], "positive"),
+        (["deblur", "photo.png", "--report", "report.doc"], "kind of file"),
+        (["estimate", "photo.png", "--method", "known-psf"], "--psf"),
+        (["estimate", "photo.png", "-o", "out.txt"], "kind of file"),
+        (["demo", "-o", "photo.png/demo"], "folder"),
+    ],
+)
+def test_what_cannot_be_done_is_refused_before_any_work(here, capsys, arguments, advice):
+    assert advice in refused(capsys, *arguments)
+
+
+def test_an_output_of_a_failed_run_is_not_destroyed(here, capsys):
+    Path("out.png").write_bytes(b"precious")
+    refused(capsys, "deblur", "sharp.png", "--psf", "missing.npy", "-o", "out.png")
+    assert Path("out.png").read_bytes() == b"precious"
+
+
+@pytest.mark.parametrize("command", ["demo", "deblur", "estimate", "psf", "simulate"])
+def test_every_command_has_help(command, capsys):
+    with pytest.raises(SystemExit) as exit_:
+        run(command, "--help")
+    assert exit_.value.code == 0
+    assert "example" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_in_a_sentence_and_leaves_nothing(here):
+    big = np.random.default_rng(0).integers(0, 255, (1500, 2000, 3), dtype=np.uint8)
+    write_photo(Path("big.png"), big)
+    before = set(os.listdir())
+    process = subprocess.Popen(
+        [sys.executable, "-m", "napari_crfdeblur.cli", "deblur", "big.png", "--psf", "psf.npy",
+         "--response", "srgb", "--method", "irls", "-o", "out.png"],
+        stderr=subprocess.PIPE, text=True,
+    )
+    time.sleep(4)  # past the imports, far from the end
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert error.startswith("crfdeblur: stopped")
+    assert "Traceback" not in error
+    assert set(os.listdir()) == before

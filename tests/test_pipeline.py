@@ -1,0 +1,171 @@
+"""The whole path, from a photo of known truth."""
+
+import numpy as np
+import pytest
+
+from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur
+from napari_crfdeblur.deconvolve import HyperLaplacian, Wiener
+from napari_crfdeblur.edges import Line
+from napari_crfdeblur.estimate import GivenResponse, RankMinimization
+from napari_crfdeblur.estimate.fitting import PolynomialFit
+from napari_crfdeblur.pipeline import deblurring, profiles_for
+from napari_crfdeblur.psf import GivenPsf, camera_shake
+from napari_crfdeblur.quality import psnr, response_error
+from napari_crfdeblur.response import SRGB, Gamma, GeneralizedGamma
+from napari_crfdeblur.simulate import Camera, Scene, simulate, slanted_edges
+
+RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
+QUICK = RankMinimization(polynomial=PolynomialFit(resamples=0))
+KNOWN = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(camera_shake(9, 1)))
+
+
+@pytest.fixture(scope="module")
+def truth():
+    psf = camera_shake(13, 4)
+    scene = slanted_edges((432, 572), seed=3, pitch=140, channels=3)
+    return simulate(scene, psf, Camera(RESPONSE, noise=0.002), seed=5)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A small photo in colour; odd and unequal sides."""
+    return np.random.default_rng(0).random((45, 61, 3))
+
+
+def test_an_estimated_response_restores_better_than_an_assumed_one(truth):
+    psf = GivenPsf(truth.psf)
+    options = {
+        "estimated": DeblurOptions(response=QUICK, psf=psf, blur_extent=17),
+        "gamma": DeblurOptions(response=GivenResponse(Gamma(2.2)), psf=psf),
+        "true": DeblurOptions(response=GivenResponse(RESPONSE), psf=psf),
+    }
+    results = {name: deblur(truth.photo, option) for name, option in options.items()}
+    quality = {name: psnr(result.photo, truth.sharp) for name, result in results.items()}
+    estimate = results["estimated"].responses[0]
+    # The clean edges of this scene determine the response to a fraction of gamma's error, .03.
+    assert response_error(estimate.curve, RESPONSE, estimate.covered) < 0.006
+    assert quality["estimated"] > quality["gamma"] + 1
+    assert quality["estimated"] > quality["true"] - 0.5
+
+
+def test_all_intermediates_are_kept(truth):
+    result = deblur(
+        truth.photo, DeblurOptions(response=QUICK, psf=GivenPsf(truth.psf), blur_extent=17)
+    )
+    assert any(edge.good for edge in result.edges)
+    assert result.groups
+    assert result.linear.shape == result.sharp_linear.shape == truth.photo.shape
+    assert result.photo.dtype == truth.photo.dtype
+    assert 0 <= result.clipped < 0.5
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32, np.float64])
+@pytest.mark.parametrize("channels", [(), (3,), (4,)])
+def test_the_result_has_the_shape_and_kind_of_the_photo(dtype, channels):
+    unit = np.random.default_rng(1).random((45, 61, *channels))
+    scale = np.iinfo(dtype).max if np.dtype(dtype).kind == "u" else 1
+    photo = (unit * scale).astype(dtype)
+    before = photo.copy()
+    result = deblur(photo, KNOWN).photo
+    assert result.shape == photo.shape
+    assert result.dtype == dtype
+    assert np.array_equal(photo, before)
+    assert 0 <= result.min() <= result.max() <= scale
+
+
+def test_alpha_is_kept():
+    photo = np.random.default_rng(2).integers(0, 255, (45, 61, 4), dtype=np.uint8)
+    assert np.array_equal(deblur(photo, KNOWN).photo[..., 3], photo[..., 3])
+
+
+def test_no_edges_are_sought_when_response_and_psf_are_known(small):
+    result = deblur(small, KNOWN)
+    assert result.edges == ()
+    assert result.groups == ()
+
+
+def test_each_channel_can_have_its_own_response(small):
+    curves = (SRGB(), Gamma(1.5), Gamma(3.0))
+    options = DeblurOptions(
+        response=tuple(map(GivenResponse, curves)), psf=GivenPsf(np.ones((1, 1))), method=Wiener()
+    )
+    result = deblur(small, options)
+    for channel, curve in enumerate(curves):
+        expected = curve.to_irradiance(small[..., channel])
+        assert np.allclose(result.linear[..., channel], expected)
+
+
+def test_edges_drawn_by_the_user_are_the_ones_used(truth):
+    chosen = [edge.line for edge in truth.edges[:6]]
+    lines = [Line(line.start, line.end) for line in chosen]
+    options = DeblurOptions(
+        response=GivenResponse(RESPONSE), edges=lines, blur_extent=17, psf=None, method=Wiener()
+    )
+    job = deblurring(truth.photo, options)
+    next(job)
+    job.close()
+    from napari_crfdeblur import refine_edges
+
+    assert len(refine_edges(truth.photo, lines, blur_extent=17)) == len(lines)
+
+
+def test_grey_photos_are_grouped_by_orientation():
+    scene = slanted_edges((432, 572), seed=3, pitch=140)
+    photo = simulate(scene, camera_shake(13, 4), Camera(RESPONSE), seed=5).photo
+    from napari_crfdeblur import find_edges
+
+    edges = find_edges(photo, blur_extent=17)
+    groups = profiles_for(QUICK, photo, edges)
+    assert max(len({s.edge for s in group.sources}) for group in groups) > 1
+
+
+def test_progress_names_the_stages_in_order(small):
+    stages = []
+    job = deblurring(small, KNOWN)
+    for progress in job:
+        assert 0 <= progress.done <= max(progress.total, 1)
+        if progress.stage not in stages:
+            stages.append(progress.stage)
+    assert len(stages) >= 3
+
+
+def test_a_stopped_job_gives_nothing(small):
+    job = deblurring(small, KNOWN)
+    next(job)
+    job.close()
+    with pytest.raises(StopIteration):
+        next(job)
+
+
+@pytest.mark.parametrize(
+    ("photo", "advice"),
+    [
+        (np.zeros((0, 5)), "at least 8"),
+        (np.zeros((1, 1), dtype=np.uint8), "at least 8"),
+        (np.full((40, 50), 77, dtype=np.uint8), "constant"),
+        (np.full((40, 50, 3), 255, dtype=np.uint8), "shorter exposure"),
+        (np.full((40, 50), np.nan), "finite"),
+        (np.where(np.eye(40, 50), np.inf, 0.5), "finite"),
+        (np.linspace(0, 4095, 2000).reshape(40, 50), "full scale"),
+        (np.random.default_rng(0).integers(90, 99, (80, 90), dtype=np.uint8), "edge"),
+    ],
+    ids=["empty", "pixel", "constant", "saturated", "nan", "infinite", "range", "no-edge"],
+)
+def test_a_photo_that_cannot_be_deblurred_is_refused_with_advice(photo, advice):
+    with pytest.raises(CrfDeblurError, match=advice):
+        deblur(photo, DeblurOptions(psf=GivenPsf(np.ones((3, 3)))))
+
+
+def test_a_psf_larger_than_the_photo_is_refused(small):
+    options = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(np.ones((99, 3))))
+    with pytest.raises(CrfDeblurError, match="larger than the image"):
+        deblur(small, options)
+
+
+def test_a_scene_of_one_common_range_cannot_tell_the_response():
+    stripes = (np.arange(400) // 50 % 2 * 0.5 + 0.2).astype(np.float32)
+    scene = Scene(np.repeat(stripes[None], 300, axis=0))
+    photo = simulate(scene, camera_shake(9, 2), Camera(RESPONSE, noise=0.001), seed=1).photo
+    options = DeblurOptions(psf=GivenPsf(np.ones((3, 3))), blur_extent=12, method=HyperLaplacian())
+    with pytest.raises(CrfDeblurError, match="same two levels"):
+        deblur(photo, options)
