@@ -78,8 +78,8 @@ def case() -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.float64
 def test_deconvolution_sharpens(method, case):
     sharp, blurred, psf = case
     restored = deconvolve(blurred, psf, method)
-    # measured 5.0 (Richardson-Lucy) to 11 dB
-    assert decibels(sharp, restored) > decibels(sharp, blurred) + 4
+    # measured 11 (Richardson-Lucy) to 17 dB
+    assert decibels(sharp, restored) > decibels(sharp, blurred) + 9
 
 
 @every_method
@@ -87,7 +87,7 @@ def test_the_psf_is_not_flipped(method, case):
     sharp, blurred, psf = case
     right = decibels(sharp, deconvolve(blurred, psf, method))
     for wrong in (psf[::-1], psf[:, ::-1], psf[::-1, ::-1]):
-        # each flip costs more than 8 dB
+        # measured: a flip costs 8.6 (Richardson-Lucy) to 20 dB
         assert right > decibels(sharp, deconvolve(blurred, wrong, method)) + 6
 
 
@@ -131,10 +131,10 @@ def test_borders_do_not_ring(method, case):
     sharp, blurred, psf = case
     restored = deconvolve(blurred, psf, method)
     # within half a PSF of the border the scene is only half determined, yet it is sharpened:
-    # measured 5.1 (Richardson-Lucy) to 7 dB; wrapping around loses 2 to 4 dB there
+    # measured 8 (Richardson-Lucy) to 11 dB; wrapping around loses 5 dB there
     frame = np.ones(sharp.shape, dtype=bool)
     frame[6:-6, 6:-6] = False
-    assert decibels(sharp[frame], restored[frame]) > decibels(sharp[frame], blurred[frame]) + 3
+    assert decibels(sharp[frame], restored[frame]) > decibels(sharp[frame], blurred[frame]) + 6
 
 
 @every_method
@@ -143,9 +143,9 @@ def test_the_border_does_not_reach_inward(method, case):
     squared = (deconvolve(blurred, psf, method) - sharp) ** 2
     inside = squared[24:-24, 24:-24].mean()
     squared[24:-24, 24:-24] = np.nan
-    # two PSF sides from the border it no longer matters (measured .6 to 2.1 times the error
-    # inside, where other edges are); wrapping around makes it 10 to 200 times
-    assert np.nanmean(squared[18:-18, 18:-18]) < 4 * inside
+    # two PSF sides from the border it no longer matters: measured .9 to 1.1 times the error
+    # inside; wrapping around makes it 1.8 (Wiener) to 3.5 times
+    assert np.nanmean(squared[18:-18, 18:-18]) < 1.5 * inside
 
 
 @every_method

@@ -35,7 +35,7 @@ def a_photo(shape, dtype=np.uint8):
 def smooth(shape):
     """An asymmetric ramp that JPEG keeps to a few levels."""
     rows, columns = np.mgrid[: shape[0], : shape[1]]
-    plane = 40 + 5 * rows + columns
+    plane = 40 + 2 * rows + columns
     return np.stack([plane, plane // 2, 200 - plane], axis=2).astype(np.uint8)
 
 
@@ -98,6 +98,7 @@ def test_grey_jpeg_stays_grey(tmp_path):
 def test_compressed_tiff_is_read(tmp_path, compression):
     photo = smooth((64, 80))
     options = {"compressionargs": {"level": 98}} if compression == "jpeg" else {}
+    options["photometric"] = "rgb"
     tifffile.imwrite(tmp_path / "a.tif", photo, compression=compression, **options)
     # JPEG is lossy in TIFF, too, and halves the resolution of colour; the rest is exact.
     limit = 6 if compression == "jpeg" else 0
@@ -218,11 +219,14 @@ def whole_files(folder):
     write_photo(folder / "a.jpg", photo)
     Pillow.fromarray(photo).save(folder / "progressive.jpg", progressive=True)
     write_photo(folder / "zlib.tif", photo)
-    tifffile.imwrite(folder / "plain.tif", photo)
-    tifffile.imwrite(folder / "strips.tif", photo, rowsperstrip=8, compression="lzw")
-    tifffile.imwrite(folder / "jpeg.tif", photo, compression="jpeg")
-    tifffile.imwrite(folder / "tiles.tif", photo, tile=(16, 16), compression="zlib")
-    tifffile.imwrite(folder / "big.tif", from_unit(photo / 255, np.float32), bigtiff=True)
+    for name, options in {
+        "plain": {},
+        "strips": {"rowsperstrip": 8, "compression": "lzw"},
+        "jpeg": {"compression": "jpeg"},
+        "tiles": {"tile": (16, 16), "compression": "zlib"},
+        "big": {"bigtiff": True},
+    }.items():
+        tifffile.imwrite(folder / f"{name}.tif", photo, photometric="rgb", **options)
     # A picture that ends before its directory, as Pillow writes it.
     Pillow.fromarray(photo).save(folder / "pillow.tif", compression="tiff_lzw")
     return sorted(folder.iterdir())

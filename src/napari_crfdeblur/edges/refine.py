@@ -11,7 +11,14 @@ import numpy as np
 from .._typing import FloatArray, Image
 from ..photo import check_image
 from .base import Edge, EdgeStatus, Line, Rectangle
-from .checks import check_blocks, check_channels, check_profile, crossing, shortest
+from .checks import (
+    LEAST_CONTRAST,
+    check_blocks,
+    check_channels,
+    check_profile,
+    crossing,
+    shortest,
+)
 from .locate import Search, locate, mean_valid, signal
 from .strip import Frame, Strip, sample_strip
 from .transition import Transition, find_transition, flat_samples
@@ -125,9 +132,10 @@ def reach(blur_extent: float) -> float:
 
 
 def without_sides(strip: Strip) -> EdgeStatus:
-    """Why no flat sides were found: the image ends, or they are not flat."""
-    middle = np.isfinite(strip.values).all(axis=2).mean()
-    return EdgeStatus.OUTSIDE if middle < 0.75 else EdgeStatus.UNEVEN_SIDE
+    """Why no flat sides were found: the image ends, nothing is there, or they are not flat."""
+    if np.isfinite(strip.values).all(axis=2).mean() < 0.75:
+        return EdgeStatus.OUTSIDE
+    return EdgeStatus.FAINT if step_across(strip) < LEAST_CONTRAST else EdgeStatus.UNEVEN_SIDE
 
 
 def good_runs(places: FloatArray, statuses: list[EdgeStatus]) -> list[tuple[float, float]]:

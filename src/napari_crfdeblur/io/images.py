@@ -11,11 +11,26 @@ from .._typing import Image
 from ..errors import CrfDeblurError
 from ..photo import ALPHA, color
 from .files import check_input, check_output, replacing
+from .tiff import read_tiff
 
 TIFF = (".tif", ".tiff")
 JPEG = (".jpg", ".jpeg")
 WRITABLE = (".png", *TIFF, *JPEG)
 JPEG_QUALITY = 95
+LARGEST = 1 << 28  # pixels; more are asked for only by a damaged header
+# What the decoders raise for data that end early or make no sense.
+DAMAGED = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    OSError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zlib.error,
+)
 
 
 def read_photo(path: Path) -> Image:
@@ -24,7 +39,7 @@ def read_photo(path: Path) -> Image:
     Parameters
     ----------
     path : Path
-        PNG, JPEG (turned as its EXIF orientation says) or TIFF (its first page).
+        PNG, JPEG or TIFF (its first page), turned as its orientation says.
 
     Returns
     -------
@@ -44,8 +59,7 @@ def read_photo(path: Path) -> Image:
         raise CrfDeblurError(f"{path}: not a PNG, JPEG or TIFF image; convert it to one of these")
     try:
         pixels = reader(path)
-    except (OSError, ValueError, RuntimeError, SyntaxError, struct.error, zlib.error) as error:
-        # What the decoders raise for data that end early or make no sense.
+    except DAMAGED as error:
         raise CrfDeblurError(
             f"{path}: the image is truncated or damaged ({error}); get a whole copy"
         ) from error
@@ -84,7 +98,7 @@ def _reader(start: bytes) -> Callable[[Path], Image] | None:
     if start.startswith(b"\xff\xd8\xff"):
         return _read_pillow
     if start[:4] in (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"):
-        return _read_tiff
+        return read_tiff
     return None
 
 
@@ -108,22 +122,11 @@ _PLAIN_MODES = {"1": "L", "P": "RGBA", "LA": "RGBA", "PA": "RGBA", "CMYK": "RGB"
 def _read_png16(path: Path) -> Image:
     from imagecodecs import png_decode
 
-    return np.asarray(png_decode(path.read_bytes()))
-
-
-def _read_tiff(path: Path) -> Image:
-    import tifffile
-
-    with tifffile.TiffFile(path) as tiff:
-        page = tiff.pages[0]
-        if not isinstance(page, tifffile.TiffPage) or page.photometric is None:
-            raise ValueError("no picture in it")
-        pixels = np.asarray(page.asarray())
-        if page.planarconfig == tifffile.PLANARCONFIG.SEPARATE and pixels.ndim == 3:
-            pixels = np.moveaxis(pixels, 0, -1)
-        if page.photometric == tifffile.PHOTOMETRIC.MINISWHITE:
-            pixels = np.iinfo(pixels.dtype).max - pixels
-    return pixels
+    content = path.read_bytes()
+    width, height = struct.unpack_from(">II", content, 16)
+    if width * height > LARGEST:
+        raise ValueError(f"{width} x {height} pixels")
+    return np.asarray(png_decode(content))
 
 
 def _supported(path: Path, pixels: Image) -> Image:
