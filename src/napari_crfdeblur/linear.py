@@ -120,8 +120,18 @@ def _look_up_levels(curve: ResponseCurve, levels: Image, out: Image) -> None:
     """Irradiance of every level that the integer kind can hold, then one look-up a pixel."""
     top = np.iinfo(levels.dtype).max
     table = curve.to_irradiance(np.arange(top + 1) / top).astype(np.float32)
-    for block in _blocks(levels.size):
-        np.take(table, levels[block], out=out[block], mode="clip")
+    if levels.dtype == np.uint8:
+        # Two neighbours in one look-up: a third less time.
+        even = levels.size - levels.size % 2
+        pairs = table[np.arange(1 << 16, dtype=np.uint16).view(np.uint8)].view(np.uint64)
+        _look_up(pairs, levels[:even].view(np.uint16), out[:even].view(np.uint64))
+        levels, out = levels[even:], out[even:]
+    _look_up(table, levels, out)
+
+
+def _look_up(table: Image, index: Image, out: Image) -> None:
+    for block in _blocks(index.size):
+        np.take(table, index[block], out=out[block], mode="clip")
 
 
 def _knots(bits: int) -> tuple[NDArray[np.float32], int, int]:
@@ -138,14 +148,17 @@ def _look_up_intensity(curve: ResponseCurve, irradiance: Image, out: Image) -> N
     knots, shift, first = _knots(bits=13)
     middles = np.append(knots[:-1] + np.diff(knots) / 2, knots[-1])
     middles[0] = 0
-    table = from_unit(curve.to_intensity(middles), np.uint8)
-    index = np.empty(min(BLOCK, irradiance.size), dtype=np.intp)
+    # The table starts at pattern 0: its empty part costs less than a subtraction a pixel. As
+    # integers, negative numbers are negative, and `clip` puts them in the darkest cell.
+    table = np.zeros(first + middles.size, dtype=np.uint8)
+    table[first:] = from_unit(curve.to_intensity(middles), np.uint8)
+    pattern = np.empty(min(BLOCK, irradiance.size), dtype=np.int32)
+    index = np.empty(pattern.size, dtype=np.intp)
     for block in _blocks(irradiance.size):
-        # As integers, negative numbers are negative: `clip` puts them in the darkest cell.
-        cell = index[: block.stop - block.start]
-        np.right_shift(irradiance[block].view(np.int32), shift, out=cell)
-        cell -= first
-        np.take(table, cell, out=out[block], mode="clip")
+        cells = slice(block.stop - block.start)
+        np.right_shift(irradiance[block].view(np.int32), shift, out=pattern[cells])
+        index[cells] = pattern[cells]  # quicker than a shift with a cast
+        np.take(table, index[cells], out=out[block], mode="clip")
 
 
 def _interpolate(direction: Callable[[FloatArray], FloatArray], values: Image, out: Image) -> None:

@@ -112,7 +112,7 @@ def test_truncated_array_is_refused(tmp_path, share):
         read_psf(tmp_path / "k.npy")
 
 
-@pytest.mark.parametrize("header", [b"{'descr': ", b"{'shape': (-1, 3)}", b"\x00" * 60])
+@pytest.mark.parametrize("header", [b"{'descr': [[", b"{'shape': (-1, 3)}", b"\x00" * 60])
 def test_damaged_header_of_an_array_is_refused(tmp_path, header):
     np.save(tmp_path / "k.npy", a_psf())
     whole = bytearray((tmp_path / "k.npy").read_bytes())

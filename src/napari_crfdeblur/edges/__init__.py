@@ -2,6 +2,7 @@
 
 from .base import Edge, EdgeStatus, Line, Point, Rectangle
 from .detect import find_edges
+from .extent import estimate_blur_extent
 from .refine import refine_edges
 
 __all__ = [
@@ -10,6 +11,7 @@ __all__ = [
     "Line",
     "Point",
     "Rectangle",
+    "estimate_blur_extent",
     "find_edges",
     "refine_edges",
 ]

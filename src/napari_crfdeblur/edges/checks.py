@@ -100,14 +100,16 @@ def check_blocks(
     values = strip.values[:, transition.window]
     inside = np.isfinite(values).all(axis=(1, 2))
     along, values = strip.along[inside], values[inside]
-    length = max(4.0, 0.25 * (transition.last - transition.first))
+    # Blocks in which noise stays below 3 % of the contrast, if the edge is long enough.
+    quiet = (transition.noise / (0.03 * max(transition.contrast, 1e-3))) ** 2
+    length = max(4.0, 0.25 * (transition.last - transition.first), strip.spacing * quiet)
     number = int(np.clip(strip.spacing * len(along) / length, 4, 24))
     found = blocks(along, values.reshape(len(values), -1), number)
     if found is None:
         return None
     places, means = found
     means = means.reshape(len(places), -1, values.shape[2])
-    noise = 2 * transition.noise / np.sqrt(len(along) / len(places)) / transition.contrast
+    noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / transition.contrast
     return places, judge_blocks(means, transition, noise)
 
 

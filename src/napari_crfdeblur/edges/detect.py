@@ -1,10 +1,12 @@
 """Finding straight edges in a blurred photo."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .._typing import FloatArray, Image
 from ..photo import check_image
-from .base import Edge
+from .base import Edge, Line
 from .locate import Search
 from .refine import check_extent, readable, refine
 from .segments import find_segments, reduction
@@ -37,9 +39,15 @@ def find_edges(image: Image, *, blur_extent: float) -> tuple[Edge, ...]:
     check_image(image)
     check_extent(blur_extent)
     image = readable(image)
+    lines = find_segments(image, blur_extent)[:MOST_SEGMENTS]
+    return edges_along(image, lines, blur_extent)
+
+
+def edges_along(image: Image, lines: Sequence[Line], blur_extent: float) -> tuple[Edge, ...]:
+    """The distinct edges along segments, the good ones first."""
     capture = 0.25 * blur_extent + reduction(image.shape[:2], blur_extent)
     found = []
-    for line in find_segments(image, blur_extent)[:MOST_SEGMENTS]:
+    for line in lines:
         found += refine(image, Frame.of(line), Search(capture, blur_extent))
     return distinct(sorted(found, key=lambda e: (not e.good, -e.length)), blur_extent)
 

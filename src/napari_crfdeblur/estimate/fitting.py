@@ -55,12 +55,20 @@ class PolynomialFit:
 
 
 def fitting(
-    groups: Sequence[ProfileGroup], terms: Terms, fit: PolynomialFit
+    groups: Sequence[ProfileGroup],
+    terms: Terms,
+    fit: PolynomialFit,
+    *,
+    starts: Sequence[float] = (1.0,),
 ) -> Job[ResponseEstimate]:
-    """Long job: the response that minimizes the terms over groups of profiles."""
+    """Long job: the response that minimizes the terms over groups of profiles.
+
+    The search starts from powers of the DoRF mean.
+    """
     yield Progress("response", 0, 1)
     rows = [Rows(g, fit.degree) for g in groups]
-    found = search(terms.objective(rows), polynomial.dorf_mean_coefficients(fit.degree))
+    means = [polynomial.dorf_mean_coefficients(fit.degree, power) for power in starts]
+    found = search(terms.objective(rows), *means)
     if not polynomial.rises(found.coefficients):
         raise CrfDeblurError(
             "the profiles lead to a response that falls; remove edges that are not straight "

@@ -66,7 +66,7 @@ class KnownPsf(ResponseFit):
 
         def distance(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
             candidates = spreads[_key(rows.group)]
-            profiles, _ = rows.scaled(coefficients)
+            profiles = rows.scaled(coefficients)
             mismatch = np.sum(candidates**2, axis=1) - 2 * profiles @ candidates.T
             # The best shift is where the sum is smallest: its own change does not count.
             return distance_to(candidates[mismatch.argmin(axis=1)], rows, coefficients)

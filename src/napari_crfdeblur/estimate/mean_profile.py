@@ -38,7 +38,7 @@ class MeanProfile(ResponseFit):
 
 
 def _distance_to_mean(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
-    profiles, _ = rows.scaled(coefficients)
+    profiles = rows.scaled(coefficients)
     # The mean is where the sum is smallest, so that its own change does not count.
     mean = np.average(profiles, axis=0, weights=np.abs(rows.ranges(coefficients)))
     return distance_to(mean, rows, coefficients)
@@ -58,10 +58,10 @@ def distance_to(
     coefficients : ndarray, shape (n + 1,)
         Of the polynomial inverse response.
     """
-    profiles, slopes = rows.scaled(coefficients)
+    profiles = rows.scaled(coefficients)
     weights = rows.ranges(coefficients)
     residual = profiles - spread
-    each = np.sum(residual**2, axis=1)
-    bend = 2 * np.einsum("jm,jmk->jk", np.abs(weights)[:, None] * residual, slopes)
-    stretch = (np.sign(weights) * each)[:, None] * rows.range_powers
-    return float(np.abs(weights) @ each) / profiles.size, (bend + stretch).sum(0) / profiles.size
+    each = np.einsum("jm,jm->j", residual, residual)
+    bend = rows.scaled_slope(coefficients, 2 * np.abs(weights)[:, None] * residual)
+    stretch = (np.sign(weights) * each) @ rows.range_powers
+    return float(np.abs(weights) @ each) / profiles.size, (bend + stretch) / profiles.size

@@ -12,31 +12,40 @@ from .._typing import FloatArray
 from ..response import Tabulated, dorf_mean, monotone
 
 LEVELS = 256  # as in the paper: the levels of an 8-bit photo
+ENDS_WEIGHT = 100.0  # lambda_1 of the paper, against data terms of the order of 1
 CURVE_SAMPLES = 1025  # straight lines between so many samples of g err by 1e-6
 
 
 def powers(intensity: FloatArray, degree: int) -> FloatArray:
     """``I^0 .. I^n`` of intensities of any shape, in a new last axis of length n + 1."""
-    return np.asarray(intensity)[..., None] ** np.arange(degree + 1)
+    base = np.asarray(intensity, dtype=np.float64)[..., None]
+    factors = np.where(np.arange(degree + 1) == 0, 1.0, base)
+    return np.multiply.accumulate(factors, axis=-1)  # many times faster than powers
 
 
 @cache
-def dorf_mean_coefficients(degree: int) -> FloatArray:
-    """Coefficients of the polynomial nearest to the DoRF mean, where the search starts."""
+def dorf_mean_coefficients(degree: int, power: float = 1.0) -> FloatArray:
+    """Coefficients of the polynomial nearest to the DoRF mean, where the search starts.
+
+    A power other than 1 gives the polynomial nearest to that power of the mean.
+    """
     levels = np.linspace(0, 1, LEVELS)
-    mean = dorf_mean().to_irradiance(levels)
+    mean = dorf_mean().to_irradiance(levels) ** power
     fit: FloatArray = np.linalg.lstsq(powers(levels, degree), mean, rcond=None)[0]
     fit.setflags(write=False)
     return fit
 
 
 @cache
-def orthonormal(degree: int) -> FloatArray:
-    """Change of variables ``a = T c`` that makes the samples of g orthonormal in `c`.
+def well_scaled(degree: int) -> FloatArray:
+    """Change of variables ``a = T c`` for a search over `c` by the gradient.
 
-    Powers are nearly dependent; a search over `c` is well scaled.
+    Powers are nearly dependent, and the boundary term is much steeper than the data. In `c`,
+    the mean square of g plus ``ENDS_WEIGHT (g(0)^2 + g(1)^2)`` is the sum of squares.
     """
-    _, upper = np.linalg.qr(powers(np.linspace(0, 1, LEVELS), degree))
+    samples = powers(np.linspace(0, 1, LEVELS), degree)
+    ends = np.sqrt(ENDS_WEIGHT) * samples[[0, -1]]
+    upper = np.linalg.qr(np.concatenate([samples / np.sqrt(LEVELS), ends]), mode="r")
     return np.linalg.inv(upper)
 
 

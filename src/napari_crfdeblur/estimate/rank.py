@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg.lapack import dsyevr
 
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
@@ -15,6 +15,10 @@ from .fitting import PolynomialFit, fitting
 from .identifiability import comparable
 from .rows import Rows
 from .search import Terms
+
+# Powers of the DoRF mean from which the search for rows of equal weight starts. Raw rows keep
+# to the mean, as in the paper: they have low minima far from the truth, where one row is all.
+STARTS = (0.7, 1.0, 1.5)
 
 
 class Tail(Enum):
@@ -37,7 +41,7 @@ class RankMinimization(ResponseFit):
 
     Kim et al. 2012, Eq. 10: `G_i` has the rows ``g(I_j) - l_j`` of group i (Eq. 6), weighted
     by its share of the profiles; the penalties keep ``g(0) = 0``, ``g(1) = 1`` and `g`
-    rising. The search starts from the DoRF mean.
+    rising. The search starts from the DoRF mean, for rows of equal weight also near it.
 
     Parameters
     ----------
@@ -57,38 +61,37 @@ class RankMinimization(ResponseFit):
         """Long job: see :class:`ResponseFit`."""
         usable = comparable(groups)
         terms = Terms(self._distance, *self.polynomial.weights)
-        return (yield from fitting(usable, terms, self.polynomial))
+        starts = (1.0,) if self.scale is RowScale.RAW else STARTS
+        return (yield from fitting(usable, terms, self.polynomial, starts=starts))
 
     def _distance(self, rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
-        matrix, slopes = (
-            rows.scaled(coefficients) if self.scale is RowScale.BY_RANGE else rows.raw(coefficients)
-        )
-        if self.tail is Tail.SECOND:
-            return _second_over_first(matrix, slopes)
-        return _rest_over_first(matrix, slopes)
+        ratio = _second_over_first if self.tail is Tail.SECOND else _rest_over_first
+        if self.scale is RowScale.RAW:
+            value, change = ratio(rows.raw(coefficients))
+            return value, rows.raw_slope(change)
+        value, change = ratio(rows.scaled(coefficients))
+        return value, rows.scaled_slope(coefficients, change)
 
 
-def _second_over_first(matrix: FloatArray, slopes: FloatArray) -> tuple[float, FloatArray]:
+def _second_over_first(matrix: FloatArray) -> tuple[float, FloatArray]:
     """``sigma_2 / sigma_1`` and its gradient: ``d sigma_i = u_i' dA v_i``."""
     tall = matrix.shape[0] >= matrix.shape[1]
-    # The two largest eigenpairs of the smaller Gram matrix; the ratio is seldom below 1e-4,
-    # its square far above rounding.
+    # The two largest eigenpairs of the smaller Gram matrix, by LAPACK itself: most matrices
+    # are small. The ratio is seldom below 1e-4, its square far above rounding.
     gram = matrix.T @ matrix if tall else matrix @ matrix.T
     size = len(gram)
-    squares, vectors = eigh(gram, subset_by_index=(size - 2, size - 1), check_finite=False)
-    second, first = np.sqrt(np.maximum(squares, np.finfo(float).tiny))
+    squares, vectors, *_ = dsyevr(gram, range="I", il=size - 1, iu=size)
+    second, first = np.sqrt(np.maximum(squares[:2], np.finfo(float).eps * squares[1]))
     other = (matrix @ vectors if tall else matrix.T @ vectors) / (second, first)
     left, right = (other, vectors) if tall else (vectors, other)
-    change = np.einsum("ji,jmk,mi->ik", left, slopes, right, optimize=True)
     ratio = second / first
-    return float(ratio), (change[0] - ratio * change[1]) / first
+    return float(ratio), (left / (first, -first / ratio)) @ right.T
 
 
-def _rest_over_first(matrix: FloatArray, slopes: FloatArray) -> tuple[float, FloatArray]:
+def _rest_over_first(matrix: FloatArray) -> tuple[float, FloatArray]:
     """``sum_(j >= 2) sigma_j / sigma_1`` and its gradient."""
     left, values, right = np.linalg.svd(matrix, full_matrices=False)
-    first = values[0]
-    ratio = values[1:].sum() / first
-    rest = np.einsum("jm,jmk->k", left[:, 1:] @ right[1:], slopes)
-    leading = np.einsum("j,jmk,m->k", left[:, 0], slopes, right[0], optimize=True)
-    return float(ratio), (rest - ratio * leading) / first
+    ratio = values[1:].sum() / values[0]
+    signs = np.ones(values.size)
+    signs[0] = -ratio
+    return float(ratio), (left * signs / values[0]) @ right

@@ -26,9 +26,10 @@ class Rows:
 
     @cached_property
     def profile_powers(self) -> FloatArray:
-        """``dr_jm / da_k``, shape (J, M, n + 1); the constant drops out with ``l_j``."""
+        """``dr_jm / da_k``, shape (n + 1, J M); the constant drops out with ``l_j``."""
         near = powers(self.group.sides[:, 0], self.degree)
-        return powers(self.group.intensity, self.degree) - near[:, None, :]
+        change = powers(self.group.intensity, self.degree) - near[:, None, :]
+        return np.ascontiguousarray(change.reshape(-1, self.degree + 1).T)
 
     @cached_property
     def range_powers(self) -> FloatArray:
@@ -36,22 +37,35 @@ class Rows:
         sides = powers(self.group.sides, self.degree)
         return np.asarray(sides[:, 1] - sides[:, 0])
 
+    @cached_property
+    def _signs(self) -> FloatArray:
+        return np.where(self.group.sides[:, 1] >= self.group.sides[:, 0], 1.0, -1.0)
+
     def ranges(self, coefficients: FloatArray) -> FloatArray:
         """Signed ranges `w_j` in linear light, shape (J,), kept away from zero."""
-        sign = np.where(self.group.sides[:, 1] >= self.group.sides[:, 0], 1.0, -1.0)
-        return sign * np.maximum(sign * (self.range_powers @ coefficients), SMALLEST_RANGE)
+        sizes = self._signs * (self.range_powers @ coefficients)
+        return np.asarray(self._signs * np.maximum(sizes, SMALLEST_RANGE))
 
     def offsets(self, coefficients: FloatArray) -> FloatArray:
         """Irradiance of the near side `l_j`, shape (J,)."""
         return powers(self.group.sides[:, 0], self.degree) @ coefficients
 
-    def raw(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rows ``g(I_j) - l_j``, (J, M), and their derivatives, (J, M, n + 1)."""
-        return self.profile_powers @ coefficients, self.profile_powers
+    def raw(self, coefficients: FloatArray) -> FloatArray:
+        """Rows ``g(I_j) - l_j``, shape (J, M)."""
+        rows: FloatArray = coefficients @ self.profile_powers
+        return rows.reshape(self.group.intensity.shape)
 
-    def scaled(self, coefficients: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Rows divided by their range, (J, M), and their derivatives, (J, M, n + 1)."""
-        ranges = self.ranges(coefficients)[:, None]
-        rows = (self.profile_powers @ coefficients) / ranges
-        change = self.range_powers[:, None, :] * rows[..., None]
-        return rows, (self.profile_powers - change) / ranges[..., None]
+    def raw_slope(self, change: FloatArray) -> FloatArray:
+        """Gradient over the coefficients of what has the gradient `change` over raw rows."""
+        return np.asarray(self.profile_powers @ change.ravel())
+
+    def scaled(self, coefficients: FloatArray) -> FloatArray:
+        """Rows divided by their range, shape (J, M)."""
+        return np.asarray(self.raw(coefficients) / self.ranges(coefficients)[:, None])
+
+    def scaled_slope(self, coefficients: FloatArray, change: FloatArray) -> FloatArray:
+        """Gradient over the coefficients of what has the gradient `change` over scaled rows."""
+        ranges = self.ranges(coefficients)
+        change = change / ranges[:, None]
+        stretch = np.einsum("jm,jm->j", change, self.raw(coefficients)) / ranges
+        return np.asarray(self.raw_slope(change) - stretch @ self.range_powers)

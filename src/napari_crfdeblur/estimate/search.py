@@ -4,7 +4,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import OptimizeResult, minimize
 
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
@@ -15,10 +15,15 @@ from .rows import Rows
 Objective = Callable[[FloatArray], tuple[float, FloatArray]]
 GroupObjective = Callable[[Rows, FloatArray], tuple[float, FloatArray]]
 
-# Steps of BFGS; from the DoRF mean it needs 20 to 60.
-MOST_STEPS = 500
-# End of the search: the objective is a ratio of the order of 1e-2, known to 1e-4 at best.
+MOST_STEPS = 500  # of BFGS; from the DoRF mean it needs 20 to 60
 GRADIENT_TOLERANCE = 1e-5
+OUT_OF_STEPS = 1  # the only status of BFGS that is not a minimum, to rounding
+# The search also ends once so many steps have lowered the objective by less than this share
+# of it. Where sigma_2 meets sigma_3 the objective has a crease, and its minimum often lies
+# there: no gradient vanishes, and BFGS would take hundreds of ever shorter steps.
+PATIENCE = 6
+LEAST_GAIN = 1e-4
+ROUGH_GAIN = 0.3  # while starts are compared
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +65,19 @@ class Terms:
         return value_and_gradient
 
 
-def search(objective: Objective, start: FloatArray) -> Found:
-    """Minimize an objective of the coefficients by BFGS, from `start`."""
-    change = polynomial.orthonormal(start.size - 1)
+def search(objective: Objective, *starts: FloatArray) -> Found:
+    """Minimize an objective of the coefficients by BFGS.
+
+    Several starts are each followed a short way, the lowest to its end.
+    """
+    if len(starts) == 1:
+        return _descend(objective, starts[0], LEAST_GAIN)
+    ways = [_descend(objective, start, ROUGH_GAIN) for start in starts]
+    return _descend(objective, min(ways, key=lambda w: w.value).coefficients, LEAST_GAIN)
+
+
+def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Found:
+    change = polynomial.well_scaled(start.size - 1)
 
     def changed(c: FloatArray) -> tuple[float, FloatArray]:
         value, slope = objective(change @ c)
@@ -73,11 +88,23 @@ def search(objective: Objective, start: FloatArray) -> Found:
         np.linalg.solve(change, start),
         jac=True,
         method="BFGS",
+        callback=_stop_when_settled(least_gain),
         options={"maxiter": MOST_STEPS, "gtol": GRADIENT_TOLERANCE},
     )
-    # Status 2 is a line search that cannot improve any further: the minimum, to rounding.
-    ended = end.status in (0, 2)
-    return Found(change @ end.x, float(end.fun), ended and polynomial.rises(change @ end.x))
+    coefficients = change @ end.x
+    ended = end.status != OUT_OF_STEPS and polynomial.rises(coefficients)
+    return Found(coefficients, float(end.fun), ended)
+
+
+def _stop_when_settled(least_gain: float) -> Callable[[OptimizeResult], None]:
+    values: list[float] = []
+
+    def after_step(intermediate_result: OptimizeResult) -> None:
+        values.append(intermediate_result.fun)
+        if len(values) > PATIENCE and values[-1] > (1 - least_gain) * values[-1 - PATIENCE]:
+            raise StopIteration
+
+    return after_step
 
 
 def resampling(

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def read_edges(path: Path) -> tuple[Line | Rectangle, ...]:
         if entries is None:
             raise ValueError(f'"format" is not "{FORMAT}"')
         lines = tuple(_line(e) for e in entries if e.get("status", "good") == "good")
-    except (UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         raise CrfDeblurError(
             f'{path}: not a file of edges ({error}); expected {{"format": "{FORMAT}", '
             '"edges": [{"start": [row, column], "end": [row, column]}, ...]}'
@@ -69,4 +70,6 @@ def _line(entry: Any) -> Line | Rectangle:
 
 def _point(values: Any) -> tuple[float, float]:
     row, column = (float(v) for v in values)
+    if not (isfinite(row) and isfinite(column)):
+        raise ValueError(f"expected finite points, got [{row}, {column}]")
     return row, column

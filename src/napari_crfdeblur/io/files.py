@@ -11,10 +11,12 @@ from ..errors import CrfDeblurError
 
 def check_input(path: Path) -> None:
     """Refuse a file that is missing, is no file or cannot be read."""
-    if not path.exists():
+    if not _exists(path):
         raise CrfDeblurError(f"{path}: there is no such file; check the name")
     if path.is_dir():
         raise CrfDeblurError(f"{path}: this is a folder; give a file in it")
+    if not path.is_file():
+        raise CrfDeblurError(f"{path}: this is a pipe or a device, not a file; give a file")
     if not os.access(path, os.R_OK):
         raise CrfDeblurError(f"{path}: may not be read; change its permissions")
 
@@ -34,9 +36,17 @@ def check_output(path: Path, suffixes: Sequence[str]) -> None:
             f"{path}: cannot write this kind of file; choose a name that ends in "
             + ", ".join(suffixes)
         )
-    if path.is_dir():
+    if _exists(path) and path.is_dir():
         raise CrfDeblurError(f"{path}: is a folder; give the name of a file")
     check_folder(path.parent)
+
+
+def _exists(path: Path) -> bool:
+    """Whether there is such a file or folder; refuses names that no file can have."""
+    try:
+        return path.exists()
+    except OSError as error:
+        raise CrfDeblurError(f"{path}: {error.strerror}; choose another name") from error
 
 
 def check_folder(folder: Path) -> None:
@@ -67,19 +77,28 @@ def make_folder(folder: Path) -> None:
 def replacing(path: Path) -> Iterator[Path]:
     """Name of a temporary file beside `path` that takes its place if all goes well.
 
-    A run that fails or is stopped leaves what was there before.
+    A run that fails or is stopped leaves what was there before. A link stays a link.
     """
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=".", suffix=path.suffix)
+    target = path.resolve()
+    try:
+        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".", suffix=path.suffix)
+    except OSError as error:
+        raise _unwritable(path, error) from error
     os.close(handle)
     temporary = Path(name)
     try:
         yield temporary
-        temporary.chmod(_permissions(path))
-        temporary.replace(path)
+        temporary.chmod(_permissions(target))
+        temporary.replace(target)
     except OSError as error:
-        raise CrfDeblurError(f"{path}: cannot be written ({error.strerror})") from error
+        raise _unwritable(path, error) from error
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def _unwritable(path: Path, error: OSError) -> CrfDeblurError:
+    # Encoders raise it with a text alone.
+    return CrfDeblurError(f"{path}: cannot be written ({error.strerror or error})")
 
 
 def _permissions(path: Path) -> int:

@@ -4,6 +4,7 @@ import struct
 import zlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,13 +12,12 @@ from .._typing import Image
 from ..errors import CrfDeblurError
 from ..photo import ALPHA, color
 from .files import check_input, check_output, replacing
-from .tiff import read_tiff
+from .tiff import LARGEST, read_tiff
 
 TIFF = (".tif", ".tiff")
 JPEG = (".jpg", ".jpeg")
 WRITABLE = (".png", *TIFF, *JPEG)
 JPEG_QUALITY = 95
-LARGEST = 1 << 28  # pixels; more are asked for only by a damaged header
 # What the decoders raise for data that end early or make no sense.
 DAMAGED = (
     ArithmeticError,
@@ -124,7 +124,7 @@ def _read_png16(path: Path) -> Image:
 
     content = path.read_bytes()
     width, height = struct.unpack_from(">II", content, 16)
-    if width * height > LARGEST:
+    if 4 * width * height > LARGEST:
         raise ValueError(f"{width} x {height} pixels")
     return np.asarray(png_decode(content))
 
@@ -135,7 +135,11 @@ def _supported(path: Path, pixels: Image) -> Image:
         pixels = pixels[..., 0]
     if pixels.ndim == 3 and pixels.shape[2] == 2:  # grey with alpha
         pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
-    if pixels.size == 0 or pixels.ndim not in (2, 3) or pixels.shape[2:] not in ((), (3,), (ALPHA,)):
+    if (
+        pixels.size == 0
+        or pixels.ndim not in (2, 3)
+        or pixels.shape[2:] not in ((), (3,), (ALPHA,))
+    ):
         raise CrfDeblurError(
             f"{path}: an image of shape {pixels.shape} is not supported; "
             "use a greyscale or RGB photo, one slice at a time"
@@ -180,7 +184,7 @@ def _write_pillow(path: Path, photo: Image, like: Path | None) -> None:
         picture.save(path, **_camera_data(like))
 
 
-def _camera_data(like: Path | None) -> dict[str, bytes]:
+def _camera_data(like: Path | None) -> dict[str, Any]:
     """Colour profile and EXIF data of a file, marked upright; nothing for a TIFF or None."""
     from PIL import Image as Pillow
     from PIL.ExifTags import Base

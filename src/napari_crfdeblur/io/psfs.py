@@ -1,6 +1,7 @@
 """Point spread functions from and to pictures and arrays."""
 
 from pathlib import Path
+from tokenize import TokenError
 
 import numpy as np
 
@@ -55,7 +56,7 @@ def write_psf(path: Path, psf: FloatArray) -> None:
 def _read_array(path: Path) -> FloatArray:
     try:
         values = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError) as error:
+    except (OSError, ValueError, EOFError, MemoryError, SyntaxError, TokenError) as error:
         raise CrfDeblurError(f"{path}: not a whole NPY file ({error}); save it again") from error
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":
         raise CrfDeblurError(f"{path}: holds no real numbers; give one array of them")

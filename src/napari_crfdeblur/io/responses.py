@@ -28,6 +28,8 @@ def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
         One for all channels, or one for each of R, G, B.
     """
     check_output(path, SUFFIXES)
+    if len(estimates) not in (1, 3):
+        raise ValueError(f"expected 1 or 3 estimates, got {len(estimates)}")
     names = ["all"] if len(estimates) == 1 else ["R", "G", "B"]
     content = {
         "format": FORMAT,
@@ -50,7 +52,7 @@ def read_responses(path: Path) -> tuple[Tabulated, ...]:
     check_input(path)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-    except (UnicodeDecodeError, json.JSONDecodeError) as error:
+    except (ValueError, RecursionError) as error:
         raise CrfDeblurError(f"{path}: not a JSON file ({error}); give a response file") from error
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise CrfDeblurError(

@@ -109,9 +109,7 @@ def as_psf(values: ArrayLike) -> FloatArray:
             f"the PSF has shape {psf.shape}; give a greyscale picture with rows and columns"
         )
     if psf.size == 0 or not np.isfinite(psf).all():
-        raise CrfDeblurError(
-            "the PSF is empty or has values that are not finite; mend it first"
-        )
+        raise CrfDeblurError("the PSF is empty or has values that are not finite; mend it first")
     if psf.min() < 0:
         raise CrfDeblurError("the PSF has negative values; clip them to zero first")
     if psf.sum() <= 0:

@@ -77,9 +77,7 @@ def channel_names(count: int) -> list[str]:
 def sentences(report: Report) -> dict[str, str]:
     """How far each part can be trusted, in words."""
     found: dict[str, list[str]] = {}
-    for name, estimate in zip(
-        channel_names(len(report.responses)), report.responses, strict=False
-    ):
+    for name, estimate in zip(channel_names(len(report.responses)), report.responses, strict=False):
         found.setdefault(estimate.status.value, []).append(name)
     said = {}
     for status, names in found.items():
@@ -97,7 +95,7 @@ def table(report: Report) -> dict[str, str]:
     rows: dict[str, str] = {}
     if report.photo is not None:
         height, width = report.photo.shape[:2]
-        rows["photo"] = f"{width} × {height} px, {report.photo.dtype}"
+        rows["photo"] = f"{width} x {height} px, {report.photo.dtype}"
     if report.edges:
         good = [edge for edge in report.edges if edge.good]
         rows["edges"] = f"{len(good)} good, {len(report.edges) - len(good)} rejected"
@@ -107,7 +105,7 @@ def table(report: Report) -> dict[str, str]:
         rows |= _of_groups(report)
     rows |= _of_responses(report.responses)
     if report.psf is not None:
-        rows["PSF"] = "{1} × {0} px".format(*report.psf.psf.shape)
+        rows["PSF"] = "{1} x {0} px".format(*report.psf.psf.shape)
         rows |= {f"PSF, {k}": f"{v:.3g}" for k, v in report.psf.diagnostics.items()}
     return rows | dict(report.figures)
 
@@ -131,7 +129,7 @@ def _of_responses(responses: Sequence[ResponseEstimate]) -> dict[str, str]:
     for estimate in responses:
         if estimate.status is not ResponseStatus.GIVEN:
             low, high = estimate.covered
-            rows.setdefault("covered intensity", []).append(f"{low:.2f}–{high:.2f}")
+            rows.setdefault("covered intensity", []).append(f"{low:.2f}-{high:.2f}")
         for name, value in estimate.diagnostics.items():
             if name not in ("groups", "profiles"):  # counted above
                 rows.setdefault(f"response, {name}", []).append(f"{value:.3g}")

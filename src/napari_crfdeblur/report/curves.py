@@ -17,9 +17,7 @@ if TYPE_CHECKING:
 SMALL = 7.0  # points of the letters inside the axes
 
 
-def draw_profiles(
-    ax: "Axes", group: ProfileGroup, curves: Sequence[ResponseCurve] = ()
-) -> None:
+def draw_profiles(ax: "Axes", group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> None:
     """Draw the profiles of a group, each scaled from 0 on one side to 1 on the other.
 
     With the right response undone they fall on one another.

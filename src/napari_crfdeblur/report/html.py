@@ -6,6 +6,8 @@ from html import escape
 from io import BytesIO
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .._version import __version__
 from .content import Report, sentences, table
 from .panels import AXES, Panel, edges_panel, rows_of
@@ -28,7 +30,8 @@ header p { color: #6b6b6b; margin: 0 0 1rem; }
 .row > figure { flex: var(--share) 1 0; max-width: calc(var(--share) * 24rem); }
 .row > .wide { flex-grow: 2; }
 .row > div { flex: 1 1 12rem; }
-figcaption, .row > div > p { font-weight: 600; margin: 0 0 .25rem; white-space: nowrap; }
+figcaption, .row > div > p { font-weight: 600; margin: 0 0 .25rem; }
+figcaption { white-space: nowrap; }
 img { display: block; width: 100%; height: auto; }
 ul { list-style: none; margin: 0; padding: 0; font-size: .9rem; }
 li { display: flex; gap: .6rem; margin: .2rem 0; }
@@ -44,9 +47,8 @@ th, td { padding: .15rem 1rem .15rem 0; border-bottom: 1px solid #eee; vertical-
   html { font-size: 8.5pt; }
   body { margin: 0; padding: 0; max-width: none; }
   .row { gap: 5mm; margin-bottom: 3mm; }
-  .row > figure { flex: 0 1 auto; max-width: none; }
-  img { width: auto; max-width: 100%; max-height: 42mm; }
-  .wide img { max-height: 52mm; }
+  .row > figure { max-width: calc(var(--share) * 42mm); }
+  .row > .wide { max-width: calc(var(--share) * 52mm); }
   dl { margin-bottom: 3mm; }
 }
 """
@@ -89,13 +91,16 @@ def html(report: Report) -> str:
 
 def _edges(panel: Panel) -> str:
     """The edges on the photo beside their legend."""
-    from matplotlib.colors import to_hex
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_hex, to_rgba_array
 
     figure, ax = _drawn(panel)
     entries = []
-    for line, label in zip(*ax.get_legend_handles_labels(), strict=True):
-        style = f"{1.8 * line.get_linewidth()[0]:.1f}px solid {to_hex(line.get_color()[0])}"
-        entries.append(f'<li><i style="border-top: {style}"></i><span>{escape(label)}</span></li>')
+    for lines in (c for c in ax.collections if isinstance(c, LineCollection)):
+        shade = to_hex(to_rgba_array(lines.get_edgecolor())[0].tolist())
+        style = f"{1.8 * np.max(lines.get_linewidth()):.1f}px solid {shade}"
+        label = escape(str(lines.get_label()))
+        entries.append(f'<li><i style="border-top: {style}"></i><span>{label}</span></li>')
     return "\n".join(
         [
             f'<div class="row">\n{_picture(panel, figure, "wide")}',
@@ -156,4 +161,3 @@ def _drawn(panel: Panel) -> tuple["Figure", "Axes"]:
     ax = figure.add_axes(box)
     panel.draw(ax)
     return figure, ax
-

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from textwrap import fill
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from .colors import INK, PALE
@@ -122,7 +122,7 @@ class Sheet:
         panel.draw(ax)
         return ax
 
-    def _text(self, left: float, top: float, text: str, color: str = INK, **style: object) -> None:
+    def _text(self, left: float, top: float, text: str, color: str = INK, **style: Any) -> None:
         width, total = self.figure.get_size_inches()
         # A "$" in the name of a file is a dollar, not mathematics.
         style |= {"color": color, "va": "top", "parse_math": False}

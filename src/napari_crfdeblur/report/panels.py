@@ -107,7 +107,8 @@ def rows_of(report: Report) -> list[Sequence[Panel]]:
 
 def aspect(image: Image) -> float:
     """Width divided by height."""
-    return image.shape[1] / image.shape[0]
+    height, width = image.shape[:2]
+    return float(width / height)
 
 
 def _photo(caption: str, photo: Image) -> Panel:

@@ -127,4 +127,3 @@ def _lines(
     lines = LineCollection(points, colors=shade, linewidths=width, path_effects=casing)
     lines.set_label(f"{len(edges)} {label}")
     ax.add_collection(lines, autolim=False)
-
