@@ -32,7 +32,7 @@ from scipy.signal import fftconvolve
 from skimage import color, data, io, restoration
 
 from napari_crfdeblur.boundary import periodic_shape
-from napari_crfdeblur.deconvolve import (
+from napari_crfdeblur.deconvolution import (
     Deconvolver,
     HyperLaplacian,
     RichardsonLucy,

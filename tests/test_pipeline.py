@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur
-from napari_crfdeblur.deconvolve import HyperLaplacian, Wiener
+from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
 from napari_crfdeblur.edges import Line
 from napari_crfdeblur.estimate import GivenResponse, RankMinimization
 from napari_crfdeblur.estimate.fitting import PolynomialFit

@@ -182,7 +182,7 @@ def test_html_says_how_far_the_results_can_be_trusted(tmp_path):
 def test_every_stage_has_its_panel(tmp_path):
     write_report(tmp_path / "report.html", a_report())
     assert [p["alt"] for p in parsed(tmp_path / "report.html").pictures] == [
-        "Edges found in the photo",
+        "Edges",
         "Profiles as recorded",
         "Profiles linearised",
         "Inverse response",

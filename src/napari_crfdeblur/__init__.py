@@ -3,7 +3,7 @@
 One verb per stage: :func:`find_edges`, :func:`sample_profiles`, :func:`estimate_response`,
 :func:`linearize`, :func:`estimate_psf`, :func:`deconvolve`, :func:`reapply`; and
 :func:`deblur` for the whole path. Each stage's methods are objects of its module, for example
-``napari_crfdeblur.deconvolve.HyperLaplacian``.
+``napari_crfdeblur.deconvolution.HyperLaplacian``.
 """
 
 from importlib import import_module
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from .deconvolve import deconvolve
+    from .deconvolution import deconvolve
     from .edges import Edge, find_edges, refine_edges
     from .errors import CrfDeblurError
     from .estimate import ResponseEstimate, estimate_response
@@ -54,7 +54,7 @@ _HOMES = {
     "ResponseCurve": "response",
     "ResponseEstimate": "estimate",
     "deblur": "pipeline",
-    "deconvolve": "deconvolve",
+    "deconvolve": "deconvolution",
     "estimate_psf": "psf",
     "estimate_response": "estimate",
     "find_edges": "edges",

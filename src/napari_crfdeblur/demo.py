@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ._typing import Image
-from .deconvolve import HyperLaplacian, deconvolving
+from .deconvolution import HyperLaplacian, deconvolving
 from .estimate import GivenResponse
 from .io import write_photo, write_psf, write_responses, write_text
 from .linear import linearize, reapply

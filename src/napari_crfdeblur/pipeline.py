@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ._typing import FloatArray, Image
-from .deconvolve import Deconvolver, HyperLaplacian, deconvolving
+from .deconvolution import Deconvolver, HyperLaplacian, deconvolving
 from .edges import Edge, Line, Rectangle, estimate_blur_extent, find_edges, refine_edges
 from .errors import CrfDeblurError
 from .estimate import (

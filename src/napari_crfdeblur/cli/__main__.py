@@ -1,7 +1,8 @@
-"""``python -m napari_crfdeblur.cli``."""
+"""``python -m napari_crfdeblur.cli``, the same as the command ``crfdeblur``."""
 
 import sys
 
 from . import main
 
-sys.exit(main())
+if __name__ == "__main__":
+    sys.exit(main())

@@ -5,7 +5,7 @@ from math import radians
 from pathlib import Path
 
 from .._typing import FloatArray
-from ..deconvolve import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
+from ..deconvolution import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,

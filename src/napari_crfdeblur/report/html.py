@@ -47,8 +47,8 @@ th, td { padding: .15rem 1rem .15rem 0; border-bottom: 1px solid #eee; vertical-
   html { font-size: 8.5pt; }
   body { margin: 0; padding: 0; max-width: none; }
   .row { gap: 5mm; margin-bottom: 3mm; }
-  .row > figure { max-width: calc(var(--share) * 42mm); }
-  .row > .wide { max-width: calc(var(--share) * 52mm); }
+  .row > figure { max-width: calc(var(--share) * 38mm); }
+  .row > .wide { max-width: calc(var(--share) * 45mm); }
   dl { margin-bottom: 3mm; }
 }
 """
@@ -104,7 +104,7 @@ def _edges(panel: Panel) -> str:
     return "\n".join(
         [
             f'<div class="row">\n{_picture(panel, figure, "wide")}',
-            "<div>\n<p>Edges, by their angle to the horizontal</p>",
+            "<div>\n<p>by their angle to the horizontal</p>",
             "<ul>",
             *entries,
             "</ul>\n</div>\n</div>",

@@ -81,7 +81,7 @@ class Sheet:
             frameon=False,
             fontsize=7.5,
             labelcolor=INK,
-            title="Edges, by their angle to the horizontal",
+            title="by their angle to the horizontal",
             title_fontproperties={"size": 7.5},
             alignment="left",
         )

@@ -52,7 +52,7 @@ def edges_panel(report: Report) -> Panel | None:
         draw_photo(ax, photo)
         draw_edges(ax, report.edges, report.groups)
 
-    return Panel("Edges found in the photo", aspect(photo), draw)
+    return Panel("Edges", aspect(photo), draw)
 
 
 def curve_panels(report: Report) -> list[Panel]:

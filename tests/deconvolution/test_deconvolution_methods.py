@@ -6,7 +6,7 @@ from scipy import ndimage
 from skimage import restoration
 
 from napari_crfdeblur import fourier
-from napari_crfdeblur.deconvolve import (
+from napari_crfdeblur.deconvolution import (
     HyperLaplacian,
     RichardsonLucy,
     SparseIrls,
@@ -14,7 +14,7 @@ from napari_crfdeblur.deconvolve import (
     deconvolve,
     noise_level,
 )
-from napari_crfdeblur.deconvolve import hyper_laplacian as hl
+from napari_crfdeblur.deconvolution import hyper_laplacian as hl
 
 
 def smooth(shape: tuple[int, int], seed: int) -> np.ndarray:
@@ -123,7 +123,7 @@ def test_the_noise_level_is_that_of_the_noise(sigma):
 
 def test_the_noise_level_of_a_large_plane_comes_from_some_of_its_rows(monkeypatch):
     plane = np.random.default_rng(9).normal(0, 0.02, (300, 310))
-    monkeypatch.setattr("napari_crfdeblur.deconvolve.noise.SAMPLES", 10000)
+    monkeypatch.setattr("napari_crfdeblur.deconvolution.noise.SAMPLES", 10000)
     assert noise_level(plane) == pytest.approx(0.02, rel=0.05)
 
 

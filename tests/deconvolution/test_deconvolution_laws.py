@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from napari_crfdeblur.deconvolve import (
+from napari_crfdeblur.deconvolution import (
     Deconvolver,
     HyperLaplacian,
     RichardsonLucy,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from napari_crfdeblur.deconvolve import (
+from napari_crfdeblur.deconvolution import (
     HyperLaplacian,
     RichardsonLucy,
     SparseIrls,

@@ -60,7 +60,7 @@ def deconvolve(linear: FloatArray, psf: FloatArray, method: Deconvolver) -> Floa
     psf : ndarray, shape (H, W)
         Point spread function, non-negative; scaled to sum 1, origin at ``side // 2``.
     method : Deconvolver
-        For example :class:`~napari_crfdeblur.deconvolve.HyperLaplacian`.
+        For example :class:`~napari_crfdeblur.deconvolution.HyperLaplacian`.
 
     Returns
     -------
