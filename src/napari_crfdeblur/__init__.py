@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .errors import CrfDeblurError
     from .estimate import ResponseEstimate, estimate_response
     from .linear import linearize, reapply
-    from .pipeline import Deblurred, DeblurOptions, deblur
+    from .pipeline import DeblurOptions, Deblurred, deblur
     from .profiles import ProfileGroup, sample_profiles
     from .psf import PsfEstimate, estimate_psf
     from .response import ResponseCurve

@@ -146,6 +146,8 @@ def write(result: Demonstration, folder: Path) -> None:
         responses=whole.responses,
         psf=whole.psf,
         sharp=whole.photo,
+        references={"gamma 2.2": Gamma(2.2), "true": RESPONSE},
+        figures={f"PSNR, {trial.name}": f"{trial.psnr:.2f} dB" for trial in result.trials},
     )
     write_report(folder / "report.html", report)
 

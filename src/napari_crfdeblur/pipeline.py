@@ -201,9 +201,7 @@ def finding_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]
 
 
 def _edges_needed(options: DeblurOptions) -> bool:
-    methods = (
-        [options.response] if isinstance(options.response, ResponseFit) else options.response
-    )
+    methods = [options.response] if isinstance(options.response, ResponseFit) else options.response
     return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
 
 

@@ -1,7 +1,6 @@
 """The command ``crfdeblur``: what it writes, and what it says when it cannot."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -15,8 +14,8 @@ from napari_crfdeblur.cli import main
 from napari_crfdeblur.io import read_photo, read_psf, write_photo, write_psf
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.quality import psnr
-from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
 from napari_crfdeblur.response import GeneralizedGamma
+from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
 
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
 
@@ -27,14 +26,13 @@ def simulated():
     return simulate(scene, camera_shake(13, 4), Camera(RESPONSE, noise=0.002), seed=5)
 
 
-@pytest.fixture
+@pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch, simulated):
     """A folder with a blurred photo, its sharp truth and its PSF."""
     monkeypatch.chdir(tmp_path)
     write_photo(Path("photo.png"), simulated.photo)
     write_photo(Path("sharp.png"), simulated.sharp)
     write_psf(Path("psf.npy"), simulated.psf)
-    return tmp_path
 
 
 def run(*arguments):
@@ -54,9 +52,21 @@ def refused(capsys, *arguments):
     return error
 
 
-def test_deblur_with_known_psf_sharpens_the_photo(here, simulated, capsys):
-    code = run("deblur", "photo.png", "--psf", "psf.npy", "--blur-extent", 17, "-o", "out.png",
-               "--report", "report.html", "--save-edges", "edges.json")
+def test_deblur_with_known_psf_sharpens_the_photo(simulated, capsys):
+    code = run(
+        "deblur",
+        "photo.png",
+        "--psf",
+        "psf.npy",
+        "--blur-extent",
+        17,
+        "-o",
+        "out.png",
+        "--report",
+        "report.html",
+        "--save-edges",
+        "edges.json",
+    )
     assert code == 0
     sharp = psnr(read_photo(Path("out.png")), simulated.sharp)
     # Deconvolution with the true PSF gains many dB; 4 would be missed by any wrong step.
@@ -66,20 +76,21 @@ def test_deblur_with_known_psf_sharpens_the_photo(here, simulated, capsys):
     assert json.loads(Path("edges.json").read_text())["edges"]
 
 
-def test_an_estimated_response_serves_other_photos(here, simulated):
+def test_an_estimated_response_serves_other_photos(simulated):
     assert run("estimate", "photo.png", "--blur-extent", 17, "-o", "camera.json") == 0
     content = json.loads(Path("camera.json").read_text())
     assert content["format"] == "crfdeblur-response"
     assert content["version"] == 1
     assert content["direction"] == "inverse"
     channel = content["channels"][0]
-    assert {"name", "intensity", "irradiance", "lower", "upper", "covered", "status"} <= set(channel)
+    names = {"name", "intensity", "irradiance", "lower", "upper", "covered", "status"}
+    assert names <= set(channel)
     assert run("deblur", "photo.png", "--psf", "psf.npy", "--response", "camera.json") == 0
     out = read_photo(Path("photo-deblurred.png"))
     assert psnr(out, simulated.sharp) > psnr(simulated.photo, simulated.sharp) + 4
 
 
-def test_several_photos_are_pooled(here):
+def test_several_photos_are_pooled():
     write_photo(Path("again.tif"), read_photo(Path("photo.png"))[::-1])
     assert run("estimate", "photo.png", "again.tif", "--blur-extent", 17, "-o", "one.json") == 0
     both = json.loads(Path("one.json").read_text())["channels"][0]["diagnostics"]
@@ -89,13 +100,13 @@ def test_several_photos_are_pooled(here):
 
 
 @pytest.mark.parametrize("method", ["rank", "rank-all", "mean", "known-psf"])
-def test_every_estimator_can_be_named(here, method):
+def test_every_estimator_can_be_named(method):
     extra = ["--psf", "psf.npy"] if method == "known-psf" else []
     assert run("estimate", "photo.png", "--method", method, "--blur-extent", 17, *extra) == 0
 
 
 @pytest.mark.parametrize("method", ["hyper-laplacian", "irls", "richardson-lucy", "wiener"])
-def test_every_deconvolution_can_be_named(here, method):
+def test_every_deconvolution_can_be_named(method):
     small = read_photo(Path("photo.png"))[:80, :100]
     write_photo(Path("small.jpg"), small)
     code = run("deblur", "small.jpg", "--psf", "psf.npy", "--response", "srgb", "--method", method)
@@ -103,7 +114,7 @@ def test_every_deconvolution_can_be_named(here, method):
     assert read_photo(Path("small-deblurred.jpg")).shape == small.shape
 
 
-def test_psf_writes_a_psf(here):
+def test_psf_writes_a_psf():
     small = read_photo(Path("photo.png"))[:160, :200]
     write_photo(Path("small.png"), small)
     code = run("psf", "small.png", "--response", "gamma:1.5", "--psf-size", 13, "-o", "k.tif")
@@ -113,9 +124,25 @@ def test_psf_writes_a_psf(here):
     assert psf.sum() == pytest.approx(1)
 
 
-def test_simulate_writes_the_truth_beside_the_photo(here):
-    assert run("simulate", "-o", "new.png", "--scene", "slanted", "--size", "100x140",
-               "--psf", "disk", "--psf-size", 7, "--response", "srgb") == 0
+def test_simulate_writes_the_truth_beside_the_photo():
+    assert (
+        run(
+            "simulate",
+            "-o",
+            "new.png",
+            "--scene",
+            "slanted",
+            "--size",
+            "100x140",
+            "--psf",
+            "disk",
+            "--psf-size",
+            7,
+            "--response",
+            "srgb",
+        )
+        == 0
+    )
     assert read_photo(Path("new.png")).shape[:2] == (100, 140)
     assert read_photo(Path("new-sharp.png")).shape[:2] == (100, 140)
     assert read_psf(Path("new-psf.npy")).shape == (7, 7)
@@ -136,7 +163,7 @@ def test_simulate_writes_the_truth_beside_the_photo(here):
     ids=["missing", "empty", "text", "gif", "png", "jpeg", "tiff"],
 )
 @pytest.mark.parametrize("command", ["deblur", "estimate", "psf"])
-def test_a_file_that_is_no_photo_is_refused(here, capsys, command, content, advice):
+def test_a_file_that_is_no_photo_is_refused(capsys, command, content, advice):
     if content is not None:
         Path("bad.png").write_bytes(content)
     assert advice in refused(capsys, command, "bad.png")
@@ -153,7 +180,7 @@ def test_a_file_that_is_no_photo_is_refused(here, capsys, command, content, advi
     ],
     ids=["pixel", "constant", "saturated", "nan", "no-edge"],
 )
-def test_a_photo_without_content_is_refused(here, capsys, photo, advice):
+def test_a_photo_without_content_is_refused(capsys, photo, advice):
     write_photo(Path("bad.tif"), photo)
     assert advice in refused(capsys, "deblur", "bad.tif", "--psf", "psf.npy", "-o", "out.png")
 
@@ -169,7 +196,7 @@ def test_a_photo_without_content_is_refused(here, capsys, photo, advice):
     ],
     ids=["large", "negative", "zero", "nan", "color"],
 )
-def test_a_psf_that_is_none_is_refused(here, capsys, psf, advice):
+def test_a_psf_that_is_none_is_refused(capsys, psf, advice):
     np.save("bad.npy", psf)
     error = refused(capsys, "deblur", "photo.png", "--psf", "bad.npy", "--response", "srgb")
     assert advice in error
@@ -184,7 +211,7 @@ def test_a_psf_that_is_none_is_refused(here, capsys, psf, advice):
         ({"channels": [{"intensity": [0, 0.5, 1], "irradiance": [0, 0, 1]}]}, "increase"),
     ],
 )
-def test_a_response_file_that_is_none_is_refused(here, capsys, change, advice):
+def test_a_response_file_that_is_none_is_refused(capsys, change, advice):
     content = {
         "format": "crfdeblur-response",
         "version": 1,
@@ -210,11 +237,11 @@ def test_a_response_file_that_is_none_is_refused(here, capsys, change, advice):
         (["demo", "-o", "photo.png/demo"], "folder"),
     ],
 )
-def test_what_cannot_be_done_is_refused_before_any_work(here, capsys, arguments, advice):
+def test_what_cannot_be_done_is_refused_before_any_work(capsys, arguments, advice):
     assert advice in refused(capsys, *arguments)
 
 
-def test_an_output_of_a_failed_run_is_not_destroyed(here, capsys):
+def test_an_output_of_a_failed_run_is_not_destroyed(capsys):
     Path("out.png").write_bytes(b"precious")
     refused(capsys, "deblur", "sharp.png", "--psf", "missing.npy", "-o", "out.png")
     assert Path("out.png").read_bytes() == b"precious"
@@ -228,14 +255,28 @@ def test_every_command_has_help(command, capsys):
     assert "example" in capsys.readouterr().out
 
 
-def test_ctrl_c_ends_in_a_sentence_and_leaves_nothing(here):
+def test_ctrl_c_ends_in_a_sentence_and_leaves_nothing():
     big = np.random.default_rng(0).integers(0, 255, (1500, 2000, 3), dtype=np.uint8)
     write_photo(Path("big.png"), big)
-    before = set(os.listdir())
+    before = set(Path().iterdir())
     process = subprocess.Popen(
-        [sys.executable, "-m", "napari_crfdeblur.cli", "deblur", "big.png", "--psf", "psf.npy",
-         "--response", "srgb", "--method", "irls", "-o", "out.png"],
-        stderr=subprocess.PIPE, text=True,
+        [
+            sys.executable,
+            "-m",
+            "napari_crfdeblur.cli",
+            "deblur",
+            "big.png",
+            "--psf",
+            "psf.npy",
+            "--response",
+            "srgb",
+            "--method",
+            "irls",
+            "-o",
+            "out.png",
+        ],
+        stderr=subprocess.PIPE,
+        text=True,
     )
     time.sleep(4)  # past the imports, far from the end
     process.send_signal(signal.SIGINT)
@@ -243,4 +284,4 @@ def test_ctrl_c_ends_in_a_sentence_and_leaves_nothing(here):
     assert process.returncode == 2
     assert error.startswith("crfdeblur: stopped")
     assert "Traceback" not in error
-    assert set(os.listdir()) == before
+    assert set(Path().iterdir()) == before

@@ -16,7 +16,8 @@ WIDE = ProfileCase(profiles=5, samples=23, falling=0.4)
 SQUARE = ProfileCase(profiles=12, samples=12, falling=0.4)
 shapes = pytest.mark.parametrize("case", [TALL, WIDE, SQUARE], ids=["tall", "wide", "square"])
 
-RISING = polynomial.dorf_mean_coefficients(5) + [0.01, 0.02, -0.05, 0.04, 0.01, -0.02]
+MEAN = polynomial.dorf_mean_coefficients(5)
+RISING = MEAN + np.array([0.01, 0.02, -0.05, 0.04, 0.01, -0.02])
 WAVY = np.array([0.1, 1.0, -3.5, 3.0, 0.2, 0.1])  # falls in the middle of the range
 
 

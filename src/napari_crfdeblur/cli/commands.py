@@ -27,14 +27,15 @@ from ..pipeline import (
     DeblurOptions,
     deblurring,
     estimating_responses,
+    finding_blur,
     finding_edges,
     profiles_for,
-    finding_blur,
 )
 from ..psf import PsfEstimate
 from ..report import SUFFIXES as REPORTS
 from ..report import Report, write_report
-from ..simulate import Camera, Scene, simulate as expose, slanted_edges, step_image, street
+from ..simulate import Camera, Scene, slanted_edges, step_image, street
+from ..simulate import simulate as expose
 from .bar import run
 from .choices import (
     DECONVOLVERS,

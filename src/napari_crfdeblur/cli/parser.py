@@ -47,8 +47,14 @@ def _demo(add: Add) -> None:
         "blur a known picture, recover it, and compare the responses",
         "crfdeblur demo -o demo",
     )
-    demo.add_argument("-o", "--output", type=Path, default=Path("demo"), metavar="FOLDER",
-                      help="folder for the pictures (default: demo)")
+    demo.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("demo"),
+        metavar="FOLDER",
+        help="folder for the pictures (default: demo)",
+    )
     demo.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
 
 
@@ -59,13 +65,23 @@ def _deblur(add: Add) -> None:
         "crfdeblur deblur photo.jpg -o sharp.png --report report.html",
     )
     deblur.add_argument("photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF")
-    deblur.add_argument("-o", "--output", type=Path, metavar="FILE",
-                        help="deblurred photo (default: PHOTO-deblurred beside the photo)")
-    deblur.add_argument("--response", default="auto", metavar="RESPONSE",
-                        help=f"{RESPONSE_HELP} (default: auto)")
+    deblur.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="deblurred photo (default: PHOTO-deblurred beside the photo)",
+    )
+    deblur.add_argument(
+        "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
+    )
     deblur.add_argument("--psf", default="auto", metavar="PSF", help=f"{PSF_HELP} (default: auto)")
-    deblur.add_argument("--method", default="hyper-laplacian", choices=METHODS,
-                        help="deconvolution (default: hyper-laplacian)")
+    deblur.add_argument(
+        "--method",
+        default="hyper-laplacian",
+        choices=METHODS,
+        help="deconvolution (default: hyper-laplacian)",
+    )
     _psf_size(deblur)
     _edges(deblur)
     _report(deblur)
@@ -77,13 +93,26 @@ def _estimate(add: Add) -> None:
         "estimate the camera response from one photo or several",
         "crfdeblur estimate one.jpg two.jpg -o camera.json",
     )
-    estimate.add_argument("photos", type=Path, nargs="+", metavar="PHOTO",
-                          help="PNG, JPEG or TIFF; several photos of one camera are pooled")
-    estimate.add_argument("-o", "--output", type=Path, metavar="FILE.json",
-                          help="response file for `deblur --response`; else only a summary is shown")
-    estimate.add_argument("--method", choices=FITS,
-                          help="rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5) or known-psf (Eq. 4) "
-                          "of the paper (default: rank, or known-psf with --psf)")
+    estimate.add_argument(
+        "photos",
+        type=Path,
+        nargs="+",
+        metavar="PHOTO",
+        help="PNG, JPEG or TIFF; several photos of one camera are pooled",
+    )
+    estimate.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE.json",
+        help="response file for `deblur --response`; without it, only a summary",
+    )
+    estimate.add_argument(
+        "--method",
+        choices=FITS,
+        help="rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5) or known-psf (Eq. 4) "
+        "of the paper (default: rank, or known-psf with --psf)",
+    )
     estimate.add_argument("--psf", type=Path, metavar="FILE", help="the PSF, if it is known")
     _edges(estimate)
     _report(estimate)
@@ -96,10 +125,16 @@ def _psf(add: Add) -> None:
         "crfdeblur psf photo.jpg -o psf.png --response srgb",
     )
     psf.add_argument("photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF")
-    psf.add_argument("-o", "--output", type=Path, metavar="FILE",
-                     help="PSF as .png, .tif or .npy (default: PHOTO-psf.png beside the photo)")
-    psf.add_argument("--response", default="auto", metavar="RESPONSE",
-                     help=f"{RESPONSE_HELP} (default: auto)")
+    psf.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="PSF as .png, .tif or .npy (default: PHOTO-psf.png beside the photo)",
+    )
+    psf.add_argument(
+        "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
+    )
     _psf_size(psf)
     _edges(psf)
     _report(psf)
@@ -111,26 +146,58 @@ def _simulate(add: Add) -> None:
         "make a blurred photo whose truth is known",
         "crfdeblur simulate -o blurred.png --scene street --psf shake --response gamma:2.2",
     )
-    simulate.add_argument("-o", "--output", type=Path, default=Path("simulated.png"),
-                          metavar="FILE", help="blurred photo (default: simulated.png); the sharp "
-                          "photo, the PSF and the response are written beside it")
-    simulate.add_argument("--scene", choices=("street", "slanted", "step"), default="street",
-                          help="what is photographed (default: street)")
-    simulate.add_argument("--psf", default="shake", metavar="PSF",
-                          help="shake, kernel-a, kernel-b, line, disk, gaussian, or a file "
-                          "(default: shake)")
-    simulate.add_argument("--psf-size", type=_odd, default=21, metavar="PIXELS",
-                          help="extent of the blur (default: 21)")
-    simulate.add_argument("--response", default="camera", metavar="RESPONSE",
-                          help="camera (one far from gamma 2.2), gamma:2.2, srgb, identity, or a "
-                          "response file (default: camera)")
-    simulate.add_argument("--size", type=_size, default=(600, 900), metavar="ROWSxCOLUMNS",
-                          help="of the photo (default: 600x900)")
-    simulate.add_argument("--noise", type=float, default=0.002,
-                          help="standard deviation before the response (default: 0.002)")
-    simulate.add_argument("--bits", type=int, choices=(8, 16), default=8,
-                          help="of each pixel (default: 8)")
-    simulate.add_argument("--seed", type=int, default=0, help="of scene, blur and noise (default: 0)")
+    simulate.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=Path("simulated.png"),
+        metavar="FILE",
+        help="blurred photo (default: simulated.png); the sharp "
+        "photo, the PSF and the response are written beside it",
+    )
+    simulate.add_argument(
+        "--scene",
+        choices=("street", "slanted", "step"),
+        default="street",
+        help="what is photographed (default: street)",
+    )
+    simulate.add_argument(
+        "--psf",
+        default="shake",
+        metavar="PSF",
+        help="shake, kernel-a, kernel-b, line, disk, gaussian, or a file (default: shake)",
+    )
+    simulate.add_argument(
+        "--psf-size",
+        type=_odd,
+        default=21,
+        metavar="PIXELS",
+        help="extent of the blur (default: 21)",
+    )
+    simulate.add_argument(
+        "--response",
+        default="camera",
+        metavar="RESPONSE",
+        help="camera (one far from gamma 2.2), gamma:2.2, srgb, identity, or a "
+        "response file (default: camera)",
+    )
+    simulate.add_argument(
+        "--size",
+        type=_size,
+        default=(600, 900),
+        metavar="ROWSxCOLUMNS",
+        help="of the photo (default: 600x900)",
+    )
+    simulate.add_argument(
+        "--noise",
+        type=float,
+        default=0.002,
+        help="standard deviation before the response (default: 0.002)",
+    )
+    simulate.add_argument(
+        "--bits", type=int, choices=(8, 16), default=8, help="of each pixel (default: 8)"
+    )
+    simulate.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
 
 
 METHODS = ("hyper-laplacian", "irls", "richardson-lucy", "wiener")
@@ -138,24 +205,41 @@ FITS = ("rank", "rank-all", "mean", "known-psf")
 
 
 def _psf_size(command: ArgumentParser) -> None:
-    command.add_argument("--psf-size", type=_odd, metavar="PIXELS",
-                         help="largest extent of the PSF (default: judged from the edges)")
+    command.add_argument(
+        "--psf-size",
+        type=_odd,
+        metavar="PIXELS",
+        help="largest extent of the PSF (default: judged from the edges)",
+    )
 
 
 def _edges(command: ArgumentParser) -> None:
-    command.add_argument("--edges", type=Path, metavar="FILE",
-                         help="edges to use (.json) instead of finding them")
-    command.add_argument("--save-edges", type=Path, metavar="FILE",
-                         help="write the edges that were found (.json)")
-    command.add_argument("--blur-extent", type=_positive, metavar="PIXELS",
-                         help="largest width of a blurred edge (default: judged from the photo)")
-    command.add_argument("--per-channel", action="store_true",
-                         help="one response for each color channel instead of one for all")
+    command.add_argument(
+        "--edges", type=Path, metavar="FILE", help="edges to use (.json) instead of finding them"
+    )
+    command.add_argument(
+        "--save-edges", type=Path, metavar="FILE", help="write the edges that were found (.json)"
+    )
+    command.add_argument(
+        "--blur-extent",
+        type=_positive,
+        metavar="PIXELS",
+        help="largest width of a blurred edge (default: judged from the photo)",
+    )
+    command.add_argument(
+        "--per-channel",
+        action="store_true",
+        help="one response for each color channel instead of one for all",
+    )
 
 
 def _report(command: ArgumentParser) -> None:
-    command.add_argument("--report", type=Path, metavar="FILE",
-                         help="write a page that shows what was found (.html or .png)")
+    command.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="write a page that shows what was found (.html or .png)",
+    )
 
 
 def _positive(text: str) -> float:

@@ -16,7 +16,7 @@ Objective = Callable[[FloatArray], tuple[float, FloatArray]]
 GroupObjective = Callable[[Rows, FloatArray], tuple[float, FloatArray]]
 
 MOST_STEPS = 500  # of BFGS; from the DoRF mean it needs 20 to 60
-GRADIENT_TOLERANCE = 1e-5
+GRADIENT_TOLERANCE = 1e-8
 OUT_OF_STEPS = 1  # the only status of BFGS that is not a minimum, to rounding
 # The search also ends once so many steps have lowered the objective by less than this share
 # of it. Where sigma_2 meets sigma_3 the objective has a crease, and its minimum often lies

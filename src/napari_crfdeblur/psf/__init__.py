@@ -12,12 +12,14 @@ from .base import (
 from .given import GivenPsf
 from .projection import project
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
+from .xu_jia import XuJia
 
 __all__ = [
     "GivenPsf",
     "PsfEstimate",
     "PsfEstimator",
     "PsfStatus",
+    "XuJia",
     "as_psf",
     "camera_shake",
     "centered",

@@ -74,7 +74,7 @@ class XuJia(PsfEstimator):
         plane = np.ascontiguousarray(plane, dtype=np.float32) / np.float32(_contrast(plane))
         sizes = list(level_sizes(self.size))
         total = len(sizes) * STEPS + REFINEMENTS
-        psf = np.full((1, 3), 1 / 3)
+        psf = np.pad(np.full((1, 3), 1 / 3), [(2, 2), (1, 1)])  # no more than a guess
         for level, size in enumerate(sizes):
             psf = cleaned(_resized(psf, size), NOISE[0])
             small = _scaled(plane, size / self.size)
