@@ -54,7 +54,7 @@ def scene(shape, extent, rng):
     light = np.empty((shape[0] * fine, shape[1] * fine, 3), dtype=np.float32)
     ground = rng.uniform(0.1, 0.6, 3)
     light[:] = ground
-    size = max(80.0, 3.2 * extent)
+    size = max(80.0, 3.2 * extent, max(shape) / 14)
     rows, columns = (int(n // (2 * size)) for n in shape)
     edges = []
     for i in range(rows * columns):

@@ -74,13 +74,13 @@ def test_a_curve_of_the_family_is_found_again(method, curve, falling):
 
 
 @pytest.mark.parametrize("curve", INSIDE.values(), ids=INSIDE)
-@pytest.mark.parametrize("rows", [1, 4])
-def test_a_known_psf_leads_back_even_from_one_edge(curve, rows):
-    groups = shaken(curve, rows=rows)
-    # The shifts are tried in steps of a tenth of a pixel; none is needed here.
-    for shift in (0.0, 0.5):
-        estimate = estimate_response(groups, KnownPsf(PSF, shift, ALONE))
-        assert response_error(estimate.curve, curve, estimate.covered) < FOUND
+@pytest.mark.parametrize(
+    ("angles", "rows", "shift"), [((0.3,), 1, 0), ((0.3, 1.1, 2.5), 1, 0), ((0.3, 1.1), 4, 0.5)]
+)
+def test_a_known_psf_leads_back_even_from_one_edge(curve, angles, rows, shift):
+    groups = shaken(curve, angles=angles, rows=rows)
+    estimate = estimate_response(groups, KnownPsf(PSF, shift, ALONE))
+    assert response_error(estimate.curve, curve, estimate.covered) < FOUND
 
 
 @pytest.mark.parametrize("wrong", [PSF[::-1, ::-1], PSF.T], ids=["flipped", "transposed"])

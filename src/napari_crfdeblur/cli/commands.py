@@ -65,7 +65,7 @@ def deblur(arguments: Namespace) -> None:
         edges=read_edges(arguments.edges) if arguments.edges else None,
         blur_extent=arguments.blur_extent,
         psf=psf_estimator(arguments.psf, arguments.psf_size),
-        method=DECONVOLVERS[arguments.method](),
+        method=DECONVOLVERS[arguments.method]() if arguments.method else None,
     )
     photo = _photo(arguments.photo)
     result = run(deblurring(photo, options))

@@ -78,7 +78,6 @@ def _deblur(add: Add) -> None:
     deblur.add_argument("--psf", default="auto", metavar="PSF", help=f"{PSF_HELP} (default: auto)")
     deblur.add_argument(
         "--method",
-        default="hyper-laplacian",
         choices=METHODS,
         help="deconvolution (default: hyper-laplacian)",
     )

@@ -10,7 +10,7 @@ from ..boundary import extend
 from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import contrast, relative_noise
+from .noise import LEAST_NOISE, check_model_error, contrast, relative_noise
 
 WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
@@ -33,6 +33,9 @@ class HyperLaplacian(Deconvolver):
     weight : float, optional
         `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
         the noise level of the plane.
+    model_error : float
+        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
+        of the PSF and the response. Rounding to 8 bits alone makes .001.
     exponent : float
         `alpha`, between 0 and 1; 2/3 suits natural pictures.
     stages : int
@@ -42,6 +45,7 @@ class HyperLaplacian(Deconvolver):
     """
 
     weight: float | None = None
+    model_error: float = LEAST_NOISE
     exponent: float = 2 / 3
     stages: int = 6
     steps: int = 1
@@ -49,6 +53,7 @@ class HyperLaplacian(Deconvolver):
     def __post_init__(self) -> None:
         if self.weight is not None and not 0 < self.weight < np.inf:
             raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
+        check_model_error(self.model_error)
         if not 0 < self.exponent < 1:
             raise ValueError(f"expected an exponent between 0 and 1, got {self.exponent}")
         if self.stages < 1 or self.steps < 1:
@@ -60,7 +65,7 @@ class HyperLaplacian(Deconvolver):
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
         total = self.stages * self.steps
         yield Progress("hyper-Laplacian", 0, total)
-        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane) ** 2
+        weight = self.weight or WEIGHT_OF_NOISE * max(relative_noise(plane), self.model_error) ** 2
         scale = contrast(plane)
         sharp = extend(plane, psf)
         sharp /= scale

@@ -5,7 +5,7 @@ import numpy as np
 from .._typing import FloatArray
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
-LEAST_NOISE = 1e-3  # of the contrast: rounding to 8 bits alone makes .0011
+LEAST_NOISE = 1e-3  # of the contrast: what rounding to 8 bits leaves
 
 
 def noise_level(plane: FloatArray) -> float:
@@ -43,5 +43,11 @@ def contrast(plane: FloatArray) -> float:
 
 
 def relative_noise(plane: FloatArray) -> float:
-    """Noise level as a fraction of the contrast, at least what 8 bits leave."""
-    return max(noise_level(plane) / contrast(plane), LEAST_NOISE)
+    """Noise level as a fraction of the contrast."""
+    return noise_level(plane) / contrast(plane)
+
+
+def check_model_error(value: float) -> None:
+    """Raise ValueError unless this is a share of the contrast."""
+    if not 0 <= value < 1:
+        raise ValueError(f"expected a model error of 0 or more, below 1, got {value}")

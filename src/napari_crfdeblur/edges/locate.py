@@ -24,23 +24,26 @@ def locate(image: Image, frame: Frame, search: Search) -> Frame | None:
     """The frame moved onto the edge next to it; None if it lies outside the image.
 
     First every piece of the edge is found by the largest smoothed slope near the line, then
-    the pieces are shifted onto their mean profile by least squares.
+    the pieces are shifted onto their mean profile by :func:`refit`.
     """
-    extent = search.blur_extent
-    strip = sample_strip(image, frame, search.capture + 0.75 * extent + 2, most_rows=48)
+    strip = sample_strip(image, frame, search.capture + 0.75 * search.blur_extent + 2, 48)
     found = blocks(strip.along, signal(strip))
     if found is None:
         return None
     along, profiles = found
     shift, weight = steepest(profiles, strip.across, search)
-    frame = frame.moved(*fit_line(along, shift, weight))
-    strip = sample_strip(image, frame, 0.75 * extent + 4, most_rows=96)
+    return refit(image, frame.moved(*fit_line(along, shift, weight)), search.blur_extent)
+
+
+def refit(image: Image, frame: Frame, blur_extent: float) -> Frame | None:
+    """The frame turned and shifted by less than a blur, by least squares of its profiles."""
+    strip = sample_strip(image, frame, 0.75 * blur_extent + 4, 96)
     found = blocks(strip.along, signal(strip))
     if found is None:
         return None
     along, profiles = found
     shift = matched(profiles, profiles.mean(axis=0))
-    usable = np.abs(shift) < 0.3 * extent + 1  # beyond, the linearisation says nothing
+    usable = np.abs(shift) < 0.3 * blur_extent + 1  # beyond, the linearisation says nothing
     return frame.moved(*fit_line(along, shift, usable.astype(float)))
 
 
@@ -62,10 +65,13 @@ def signal(strip: Strip) -> FloatArray:
 
 def mean_valid(values: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
     """Mean over the finite values along an axis; NaN where there are none."""
+    mean: FloatArray = values.mean(axis=axis)
+    if np.isfinite(mean).all():
+        return mean
     valid = np.isfinite(values)
     count = valid.sum(axis=axis)
     total = np.where(valid, values, 0).sum(axis=axis)
-    mean: FloatArray = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
     return mean
 
 

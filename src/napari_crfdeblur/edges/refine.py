@@ -19,7 +19,7 @@ from .checks import (
     crossing,
     shortest,
 )
-from .locate import Search, locate, mean_valid, signal
+from .locate import Search, locate, mean_valid, refit, signal
 from .strip import Frame, Strip, sample_strip
 from .transition import Transition, find_transition, flat_samples
 
@@ -95,8 +95,7 @@ def refine(image: Image, frame: Frame, search: Search) -> list[Edge]:
         if status is not EdgeStatus.GOOD:
             edges.append(bad(part, status))
             continue
-        again = Search(0.25 * search.blur_extent, search.blur_extent)
-        edges.append(confirm(image, part, again))
+        edges.append(confirm(image, part, search.blur_extent))
     return edges
 
 
@@ -153,18 +152,18 @@ def good_runs(places: FloatArray, statuses: list[EdgeStatus]) -> list[tuple[floa
 def reason(statuses: list[EdgeStatus]) -> EdgeStatus:
     """The commonest reason among blocks, SHORT if they are good but too few."""
     bad_ones = Counter(s for s in statuses if s is not EdgeStatus.GOOD)
-    if not bad_ones or bad_ones.total() < len(statuses) / 2:
+    if not bad_ones or bad_ones.total() < len(statuses) / 3:
         return EdgeStatus.SHORT
     return bad_ones.most_common(1)[0][0]
 
 
-def confirm(image: Image, frame: Frame, search: Search) -> Edge:
-    """The edge along a part found usable, located again on its own and checked as a whole."""
-    located = locate(image, frame, search)
+def confirm(image: Image, frame: Frame, blur_extent: float) -> Edge:
+    """The edge along a part found usable, fitted again on its own and checked as a whole."""
+    located = refit(image, frame, blur_extent)
     if located is None:
         return bad(frame, EdgeStatus.OUTSIDE)
-    strip = sample_strip(image, located, reach(search.blur_extent))
-    transition = find_transition(strip, signal(strip), search.blur_extent)
+    strip = sample_strip(image, located, reach(blur_extent))
+    transition = find_transition(strip, signal(strip), blur_extent)
     if transition is None:
         return bad(located, without_sides(strip))
     status = check_profile(strip, transition)

@@ -11,13 +11,14 @@ import numpy as np
 from scipy import ndimage
 from skimage.measure import label
 
-from .._typing import FloatArray, Image
+from .._typing import BoolArray, FloatArray, Image
 from ..photo import full_scale, planes
 from .base import Line
 
 SECTORS = 12  # of half a circle: 15 degrees, wider than the noise of orientation at a ridge
 FAINTEST = 0.03  # contrast, in units of full scale, below which no edge is looked for
 NARROWEST = 8.0  # width in reduced pixels to which the widest transition is brought
+MOST_JOINED = 1000
 MOST_PIXELS = 3e6  # of the reduced picture: bounds the time spent on a sharp, large photo
 
 
@@ -61,8 +62,10 @@ def find_segments(image: Image, blur_extent: float) -> list[Line]:
     if len(ridge.row) == 0:
         return []
     labels = vote(ridge)
-    segments = fit_segments(ridge, labels, shortest=max(5.0, 0.6 * width))
-    return [scaled(s, step) for s in segments]
+    shortest = max(5.0, 0.6 * width)
+    # Beyond the strongest, a busy photo has thousands of specks.
+    segments = fit_segments(ridge, labels, shortest)[:MOST_JOINED]
+    return [scaled(line, step) for line in join(segments, width, shortest)]
 
 
 def reduction(shape: tuple[int, ...], blur_extent: float) -> int:
@@ -129,42 +132,65 @@ def vote(ridge: Ridge) -> FloatArray:
     return np.unique(chosen, return_inverse=True)[1]
 
 
-def fit_segments(ridge: Ridge, labels: FloatArray, shortest: float) -> list[Line]:
-    """Principal axes of the regions that are long and thin, the strongest first."""
-    size = np.bincount(labels)
-    keep = size[labels] >= shortest * 0.7  # a diagonal of n pixels has n / 1.41 of them
+def fit_segments(ridge: Ridge, labels: FloatArray, shortest: float) -> FloatArray:
+    """Principal axes of the regions that are thin, the strongest first, shape (K, 2, 2)."""
+    keep = np.bincount(labels)[labels] >= max(0.35 * shortest, 3)
     labels = np.unique(labels[keep], return_inverse=True)[1]
-    r, c, weight = ridge.row[keep], ridge.column[keep], ridge.magnitude[keep]
     if len(labels) == 0:
-        return []
+        return np.empty((0, 2, 2))
+    points = np.stack([ridge.row[keep], ridge.column[keep]]).astype(np.float64)
     size = np.bincount(labels)
-    mr, mc = np.bincount(labels, r) / size, np.bincount(labels, c) / size
-    dr, dc = r - mr[labels], c - mc[labels]
-    rr, rc, cc = (np.bincount(labels, x) / size for x in (dr * dr, dr * dc, dc * dc))
+    mean = np.stack([np.bincount(labels, p) / size for p in points])
+    r, c = points - mean[:, labels]
+    rr, rc, cc = (np.bincount(labels, x) / size for x in (r * r, r * c, c * c))
     angle = 0.5 * np.arctan2(2 * rc, cc - rr)  # of the long axis
-    spread = (rr + cc - np.sqrt((rr - cc) ** 2 + 4 * rc**2)) / 2
-    along = dr * np.sin(angle)[labels] + dc * np.cos(angle)[labels]
+    spread = np.maximum(rr + cc - np.sqrt((rr - cc) ** 2 + 4 * rc**2), 0) / 2
+    axis = np.stack([np.sin(angle), np.cos(angle)])
+    along = r * axis[0, labels] + c * axis[1, labels]
     order = np.argsort(labels, kind="stable")
     starts = np.searchsorted(labels[order], np.arange(len(size)))
-    low, high = (f.reduceat(along[order], starts) for f in (np.minimum, np.maximum))
-    straight = (high - low >= shortest) & (np.sqrt(np.maximum(spread, 0)) < 1.5)
-    strength = (high - low) * np.bincount(labels, weight) / size
-    s, k = np.sin(angle), np.cos(angle)
-    return [
-        Line(
-            (mr[i] + low[i] * s[i], mc[i] + low[i] * k[i]),
-            (mr[i] + high[i] * s[i], mc[i] + high[i] * k[i]),
-        )
-        for i in np.argsort(-strength, kind="stable")
-        if straight[i]
-    ]
+    ends = [f.reduceat(along[order], starts) for f in (np.minimum, np.maximum)]
+    lines = np.stack([(mean + t * axis).T for t in ends], axis=1)
+    strength = (ends[1] - ends[0]) * np.bincount(labels, ridge.magnitude[keep]) / size
+    # Wider than a ridge is, it is a bend or a crossing.
+    thin = (np.sqrt(spread) < 1.5) & (ends[1] > ends[0])
+    best = np.argsort(-strength, kind="stable")
+    return lines[best[thin[best]]]
 
 
-def scaled(line: Line, step: int) -> Line:
+def join(lines: FloatArray, gap: float, shortest: float) -> FloatArray:
+    """Segments joined across gaps where they lie on one line, and long enough, (K, 2, 2).
+
+    The strongest first; each takes up those that continue it, until there is none.
+    """
+    joined = []
+    while len(lines):
+        line, lines = lines[0], lines[1:]
+        while (more := continues(line, lines, gap)).any():
+            points = np.concatenate([line[None], lines[more]]).reshape(-1, 2)
+            along = (points - line[0]) @ (line[1] - line[0])
+            line = points[[along.argmin(), along.argmax()]]
+            lines = lines[~more]
+        joined.append(line)
+    found = np.array(joined).reshape(-1, 2, 2)
+    length = np.linalg.norm(found[:, 1] - found[:, 0], axis=1)
+    return found[np.argsort(-length, kind="stable")][: np.count_nonzero(length >= shortest)]
+
+
+def continues(line: FloatArray, others: FloatArray, gap: float) -> BoolArray:
+    """Which of the segments (K, 2, 2) continue a line (2, 2), shape (K,)."""
+    axis = line[1] - line[0]
+    length = float(np.linalg.norm(axis))
+    axis = axis / length
+    offset = others - line[0]
+    across = np.abs(offset @ np.array([axis[1], -axis[0]])).max(axis=1)
+    along = np.sort(offset @ axis, axis=1)
+    beyond = np.maximum(along[:, 0] - length, -along[:, 1])
+    # Half a pixel is what the end of a segment is off; a short line does not point far.
+    return np.asarray((across < 1.5) & (beyond < min(gap, length)))
+
+
+def scaled(line: FloatArray, step: int) -> Line:
     """The line in pixels of the photo; pixel centres of both are at whole numbers."""
-    shift = (step - 1) / 2
-    (r0, c0), (r1, c1) = line.start, line.end
-    return Line(
-        (float(r0 * step + shift), float(c0 * step + shift)),
-        (float(r1 * step + shift), float(c1 * step + shift)),
-    )
+    (r0, c0), (r1, c1) = (line * step + (step - 1) / 2).tolist()
+    return Line((r0, c0), (r1, c1))

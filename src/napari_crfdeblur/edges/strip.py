@@ -11,7 +11,7 @@ from ..photo import full_scale, planes
 from .base import Line, Point
 
 # Rows of a strip: enough to average an edge of any length, and a bound on the time it takes.
-MOST_ROWS = 192
+MOST_ROWS = 128
 
 
 @dataclass(frozen=True, slots=True)

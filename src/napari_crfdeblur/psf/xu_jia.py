@@ -22,7 +22,7 @@ REFINEMENTS = 3  # alternations of the second phase
 FIRST, DECAY, LAST = 0.014, 1.07, 9e-4  # weight of a step's existence, and how it is relaxed
 SMOOTHNESS = 3.5  # g of the first phase, for contrast 1
 SPARSITY = 1.8  # g of the second phase
-NOISE = 0.05, 0.02  # of the PSF's peak, below which it is cleared, in either phase
+NOISE = 0.03, 0.02  # of the PSF's peak, below which it is cleared, in either phase
 ISLAND = 0.1  # of the PSF's mass: what a part that stands alone must hold to be kept
 LEAST_CONTRAST = 0.01  # of full scale: less is noise and rounding
 

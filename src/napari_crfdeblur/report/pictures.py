@@ -50,7 +50,7 @@ def draw_photo(ax: "Axes", photo: Image) -> None:
 
 
 def draw_edges(ax: "Axes", edges: Sequence[Edge], groups: Sequence[ProfileGroup] = ()) -> None:
-    """Draw edges over their photo, those of one group in one colour, rejected ones thin.
+    """Draw edges over their photo, those of one direction in one color, rejected ones thin.
 
     The lines are labelled for a legend: how many edges at which angle, how many rejected
     for which reason.
@@ -65,12 +65,14 @@ def draw_edges(ax: "Axes", edges: Sequence[Edge], groups: Sequence[ProfileGroup]
         Profiles across the edges; those of image 0 tell which edge is in which group.
     """
     left = {i for i, edge in enumerate(edges) if edge.good}
-    shades = iter(GROUPS)
+    angles: dict[str, set[int]] = {}
     for group in groups:
         own = left & {s.edge for s in group.sources if s.image == 0}
-        if own and (shade := next(shades, None)):
-            _lines(ax, [edges[i] for i in sorted(own)], shade, f"at {direction(group)}")
-            left -= own
+        angles.setdefault(direction(group), set()).update(own)
+    largest = sorted(angles.items(), key=lambda item: -len(item[1]))
+    for shade, (angle, own) in zip(GROUPS, largest, strict=False):
+        _lines(ax, [edges[i] for i in sorted(own & left)], shade, f"at {angle}")
+        left -= own
     rest = "at other angles" if groups else "found"
     _lines(ax, [edges[i] for i in sorted(left)], OTHERS, rest)
     rejected = Counter(edge.status for edge in edges if not edge.good)
