@@ -121,8 +121,10 @@ def compare(found: Edge, true: TrueEdge, kernel, middle):
 
 def evaluate(found, truth, kernel):
     """Recall, precision, and rms errors of position and angle over all matches."""
-    middles = [np.mean([e.start for e in truth[i - i % 4 : i - i % 4 + 4]], axis=0)
-               for i in range(len(truth))]
+    middles = [
+        np.mean([e.start for e in truth[i - i % 4 : i - i % 4 + 4]], axis=0)
+        for i in range(len(truth))
+    ]
     good = [edge for edge in found if edge.good]
     matched, right, errors = set(), 0, []
     for edge in good:
@@ -154,8 +156,10 @@ def main():
     shape = (3072, 4096) if parser.parse_args().large else (800, 1100)
     pair = fft_pair()
     print(f"{shape[1]} x {shape[0]}; FFT pair of 4096 x 3072: {pair:.3f} s\n")
-    print("| blur px | noise | edges | recall | precision | position rms px | angle rms deg "
-          "| found in FFT pairs | guessed extent | guessed in FFT pairs |")
+    print(
+        "| blur px | noise | edges | recall | precision | position rms px | angle rms deg "
+        "| found in FFT pairs | guessed extent | guessed in FFT pairs |"
+    )
     print("|" + "---|" * 10)
     for extent in EXTENTS:
         kernel = path_kernel(extent)
@@ -165,9 +169,12 @@ def main():
             seconds, found = cpu(lambda p=photo, e=extent: find_edges(p, blur_extent=e))
             guessing, guess = cpu(lambda p=photo: estimate_blur_extent(p))
             recall, precision, position, angle = evaluate(found, truth, kernel)
-            print(f"| {extent} | {noise} | {len(truth)} | {recall:.2f} | {precision:.2f} "
-                  f"| {position:.2f} | {angle:.2f} | {seconds / pair:.1f} | {guess:.1f} "
-                  f"| {guessing / pair:.1f} |", flush=True)
+            print(
+                f"| {extent} | {noise} | {len(truth)} | {recall:.2f} | {precision:.2f} "
+                f"| {position:.2f} | {angle:.2f} | {seconds / pair:.1f} | {guess:.1f} "
+                f"| {guessing / pair:.1f} |",
+                flush=True,
+            )
 
 
 if __name__ == "__main__":

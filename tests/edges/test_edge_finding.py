@@ -26,6 +26,7 @@ def one_rectangle(extent, angle, *, inside=0.6, outside=0.15, gamma=2.2, noise=0
 
 def errors(edge, rectangle, extent, outside, gamma=2.2):
     """Distance (pixels) and angle (radians) of an edge from the nearest true side."""
+
     def apart(side):
         return hypot(*(np.add(edge.start, edge.end) / 2 - side[0]))
 
@@ -139,6 +140,14 @@ def test_the_extent_of_the_blur_is_guessed_from_the_photo(extent):
     assert 0.8 * true < estimate_blur_extent(photo) < 1.5 * true
 
 
+@pytest.mark.parametrize(("extent", "center"), [(6, (650, 850)), (30, (300, 400))])
+def test_the_extent_is_guessed_in_a_large_photo(extent, center):
+    rectangle = Rectangle(center, (170, 230), 0.2, (0.6,))
+    photo = photograph((1300, 1700), (0.15,), [rectangle], extent, noise=0.005)
+    # On a reduced photo a width is known to whole reduced pixels only.
+    assert 0.7 * extent < estimate_blur_extent(photo.astype(np.float32)) < 1.7 * extent
+
+
 def test_a_photo_without_edges_still_gets_an_extent():
     assert estimate_blur_extent(np.full((40, 60), 0.5)) > 0
 
@@ -166,8 +175,10 @@ def test_a_rectangle_drawn_over_an_edge_tells_which_way_it_runs(turn):
     normal = np.array([sin(angle), cos(angle)])
     along = np.array([-cos(angle), sin(angle)])
     # Longer across than along: the image, not the shape, says how the edge runs.
-    corners = [tuple(middle + a * 15 * along + d * 18 * normal)
-               for a, d in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    corners = [
+        tuple(middle + a * 15 * along + d * 18 * normal)
+        for a, d in ((-1, -1), (1, -1), (1, 1), (-1, 1))
+    ]
     (edge,) = refine_edges(photo, [Drawn(tuple(corners))], blur_extent=12)
     assert edge.good
     assert errors(edge, rectangle, 12, 0.15)[0] < 0.4

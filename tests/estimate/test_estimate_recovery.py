@@ -11,6 +11,7 @@ from napari_crfdeblur.estimate import (
     MeanProfile,
     PolynomialFit,
     RankMinimization,
+    ResponseStatus,
     RowScale,
     Tail,
     estimate_response,
@@ -81,6 +82,7 @@ def test_a_known_psf_leads_back_even_from_one_edge(curve, angles, rows, shift):
     groups = shaken(curve, angles=angles, rows=rows)
     estimate = estimate_response(groups, KnownPsf(PSF, shift, ALONE))
     assert response_error(estimate.curve, curve, estimate.covered) < FOUND
+    assert estimate.status is ResponseStatus.GOOD
 
 
 @pytest.mark.parametrize("wrong", [PSF[::-1, ::-1], PSF.T], ids=["flipped", "transposed"])

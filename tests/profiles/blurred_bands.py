@@ -4,7 +4,7 @@ A band between two parallel lines: its two edges have opposite polarity and one 
 The PSF is a sum of round Gaussians along a bent path.
 """
 
-from math import cos, pi, sin
+from math import cos, sin
 
 import numpy as np
 from scipy.special import ndtr
@@ -67,13 +67,3 @@ def shares(group, gamma=1.0):
     """Profiles as shares of their range in linear light, shape (J, M)."""
     light, sides = group.intensity**gamma, group.sides**gamma
     return (light - sides[:, :1]) / (sides[:, 1:] - sides[:, :1])
-
-
-def true_shares(group, extent):
-    """The same from the formula, about the middle of the transition; the normal's direction."""
-    middle, _ = middle_and_width(group.orientation, extent)
-    return blurred_step(group.position + middle, group.orientation, extent)
-
-
-def half_turn(angle):
-    return angle % pi

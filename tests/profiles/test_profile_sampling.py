@@ -32,25 +32,26 @@ def closest(group, rows, extent):
 
 
 @pytest.mark.parametrize("angle", ORIENTATIONS)
-@pytest.mark.parametrize("extent", [6, 16])
+@pytest.mark.parametrize("extent", [8, 16])
 def test_profiles_of_a_linear_photo_are_the_projected_blur(angle, extent):
     photo, edges = band(SHAPE, angle, 1.6 * extent, GREY, extent)
     (group,) = sample_profiles(photo[..., 0], edges)
     assert len(group) == 2
-    # Local parabolas over 3.5 pixels: a few thousandths where the blur is only 6 pixels.
-    assert closest(group, shares(group), extent) < (0.012 if extent == 6 else 0.004)
+    # An edge along the pixel grid is seen at every whole pixel only: 2 % are lost of a step
+    # that rises within 3 pixels, as it does here under the smaller blur.
+    assert closest(group, shares(group), extent) < (0.02 if extent == 8 else 0.004)
 
 
 @pytest.mark.parametrize("angle", ORIENTATIONS)
 def test_both_polarities_share_one_shape_sampled_in_one_direction(angle):
-    photo, edges = band(SHAPE, angle, 24, GREY, 14, noise=0.004)
-    (group,) = sample_profiles(photo[..., 0], edges)
+    photo, edges = band(SHAPE, angle, 24, COLORS, 14, noise=0.004)
+    (group,) = sample_profiles(photo, edges)
     rises = np.sign(group.sides[:, 1] - group.sides[:, 0])
     assert set(rises) == {-1, 1}
     assert group.polarity == 0
-    one, other = shares(group)
-    # Five standard deviations of profiles from 80 pixels, and the alignment.
-    assert np.abs(one - other).max() < 0.02
+    rows = shares(group)
+    # Five standard deviations of profiles from 80 pixels, and a tenth of a pixel of alignment.
+    assert np.abs(rows - np.median(rows, axis=0)).max() < 0.05
 
 
 def test_sides_are_the_recorded_levels_before_and_after():
@@ -83,8 +84,8 @@ class Unmoved(EndPoints):
 def test_count_is_the_number_of_pixels_near_each_sample():
     photo, edges = band(SHAPE, 0.3, 26, GREY, 14)
     (group,) = sample_profiles(photo[..., 0], edges, alignment=Unmoved())
-    # Pixels within 1.75 on both sides of the sample, along the whole edge.
-    expected = 3.5 * edges[0].length
+    # Pixels within a tenth of the width on both sides of the sample, along the whole edge.
+    expected = 0.2 * edges[0].width * edges[0].length
     assert np.allclose(group.count, expected, rtol=0.05)
 
 

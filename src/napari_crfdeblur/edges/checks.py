@@ -48,8 +48,7 @@ def clipped_channels(values: FloatArray, transition: Transition) -> BoolArray:
     flat = transition.flat + 1
     sides = [values[:, :flat], values[:, -flat:]]
     share = [
-        np.maximum((s >= 1 - CLIP).mean(axis=(0, 1)), (s <= CLIP).mean(axis=(0, 1)))
-        for s in sides
+        np.maximum((s >= 1 - CLIP).mean(axis=(0, 1)), (s <= CLIP).mean(axis=(0, 1))) for s in sides
     ]
     return np.asarray(np.maximum(*share) > CLIPPED_SHARE)
 

@@ -79,6 +79,4 @@ def repeats(line: FloatArray, others: FloatArray, apart: float) -> bool:
     d = offset[..., 0] * axis[:, None, 1] - offset[..., 1] * axis[:, None, 0]
     common = np.minimum(t[:, 1], length) - np.maximum(t[:, 0], 0)
     close = np.abs(d.mean(axis=1)) < apart
-    return bool(
-        np.any(parallel & close & (common > SAME_OVERLAP * np.minimum(length, own_length)))
-    )
+    return bool(np.any(parallel & close & (common > SAME_OVERLAP * np.minimum(length, own_length))))

@@ -99,9 +99,7 @@ def refine(image: Image, frame: Frame, search: Search) -> list[Edge]:
     return edges
 
 
-def usable_parts(
-    image: Image, frame: Frame, search: Search
-) -> Iterator[tuple[Frame, EdgeStatus]]:
+def usable_parts(image: Image, frame: Frame, search: Search) -> Iterator[tuple[Frame, EdgeStatus]]:
     """Parts of an edge that pass the checks block by block, or all of it and why not."""
     located = locate(image, frame, search)
     if located is None:

@@ -38,8 +38,8 @@ class Ridge:
         Shape of the reduced picture.
     """
 
-    row: FloatArray
-    column: FloatArray
+    row: Image
+    column: Image
     orientation: FloatArray
     magnitude: FloatArray
     shape: tuple[int, int]
@@ -77,21 +77,23 @@ def reduction(shape: tuple[int, ...], blur_extent: float) -> int:
 
 def reduce(image: Image, step: int) -> FloatArray:
     """Means over squares of `step` pixels, shape (M // step, N // step, C), in [0, 1]."""
-    rows, columns = image.shape[0] // step, image.shape[1] // step
-    kind = {1: np.uint16, 2: np.uint32}.get(image.dtype.itemsize, np.uint32)
-    if image.dtype.kind == "f":
-        kind = np.float32
-    means = []
-    for plane in planes(image):
-        plane = plane[: rows * step, : columns * step]
-        tall = plane[::step].astype(kind)
-        for i in range(1, step):
-            tall += plane[i::step].astype(kind, copy=False)
-        total = tall[:, ::step].astype(np.float32)
-        for i in range(1, step):
-            total += tall[:, i::step]
-        means.append(total * np.float32(1 / (full_scale(image) * step**2)))
-    return np.stack(means, axis=-1)
+    scale = np.float32(1 / (full_scale(image) * step**2))
+    return np.stack([block_sums(plane, step) * scale for plane in planes(image)], axis=-1)
+
+
+def block_sums(plane: Image, step: int) -> FloatArray:
+    """Sums over squares of `step` pixels, float32; what does not fill a square is left out."""
+    rows, columns = plane.shape[0] // step, plane.shape[1] // step
+    plane = plane[: rows * step, : columns * step]
+    # Whole rows first, in a kind that holds the sum: one pass through the photo.
+    wide = {"u1": np.uint16, "u2": np.uint32}.get(plane.dtype.str[1:], np.float32)
+    tall: Image = plane[::step].astype(wide)
+    for i in range(1, step):
+        tall += plane[i::step].astype(wide, copy=False)
+    total = tall[:, ::step].astype(np.float32)
+    for i in range(1, step):
+        total += tall[:, i::step]
+    return total
 
 
 def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
@@ -115,7 +117,7 @@ def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
     return Ridge(r[top], c[top], angle[top], np.sqrt(here[top]), shape)
 
 
-def vote(ridge: Ridge) -> FloatArray:
+def vote(ridge: Ridge) -> Image:
     """Region to which each ridge pixel belongs, shape (K,): the larger of its two."""
     chosen = np.zeros(len(ridge.row), dtype=np.int64)
     best = np.zeros(len(ridge.row), dtype=np.int64)
@@ -124,7 +126,7 @@ def vote(ridge: Ridge) -> FloatArray:
         sector = (ridge.orientation / np.pi * SECTORS + shift).astype(np.int32) % SECTORS
         grid = np.zeros(ridge.shape, dtype=np.int32)
         grid[ridge.row, ridge.column] = sector + 1
-        region = label(grid, connectivity=2)[ridge.row, ridge.column]
+        region = connected(grid)[ridge.row, ridge.column]
         size = np.bincount(region)[region]
         chosen = np.where(size > best, region + first, chosen)
         best = np.maximum(size, best)
@@ -132,30 +134,41 @@ def vote(ridge: Ridge) -> FloatArray:
     return np.unique(chosen, return_inverse=True)[1]
 
 
-def fit_segments(ridge: Ridge, labels: FloatArray, shortest: float) -> FloatArray:
+def connected(grid: Image) -> Image:
+    """Number of the 8-connected region of equal, positive values to which each pixel belongs."""
+    regions: Image = label(grid, connectivity=2)  # type: ignore[no-untyped-call]
+    return regions
+
+
+def fit_segments(ridge: Ridge, labels: Image, shortest: float) -> FloatArray:
     """Principal axes of the regions that are thin, the strongest first, shape (K, 2, 2)."""
     keep = np.bincount(labels)[labels] >= max(0.35 * shortest, 3)
-    labels = np.unique(labels[keep], return_inverse=True)[1]
-    if len(labels) == 0:
+    if not keep.any():
         return np.empty((0, 2, 2))
+    labels = np.unique(labels[keep], return_inverse=True)[1]
     points = np.stack([ridge.row[keep], ridge.column[keep]]).astype(np.float64)
     size = np.bincount(labels)
     mean = np.stack([np.bincount(labels, p) / size for p in points])
     r, c = points - mean[:, labels]
     rr, rc, cc = (np.bincount(labels, x) / size for x in (r * r, r * c, c * c))
     angle = 0.5 * np.arctan2(2 * rc, cc - rr)  # of the long axis
-    spread = np.maximum(rr + cc - np.sqrt((rr - cc) ** 2 + 4 * rc**2), 0) / 2
     axis = np.stack([np.sin(angle), np.cos(angle)])
-    along = r * axis[0, labels] + c * axis[1, labels]
-    order = np.argsort(labels, kind="stable")
-    starts = np.searchsorted(labels[order], np.arange(len(size)))
-    ends = [f.reduceat(along[order], starts) for f in (np.minimum, np.maximum)]
-    lines = np.stack([(mean + t * axis).T for t in ends], axis=1)
-    strength = (ends[1] - ends[0]) * np.bincount(labels, ridge.magnitude[keep]) / size
+    first, last = bounds(r * axis[0, labels] + c * axis[1, labels], labels)
+    spread = np.maximum(rr + cc - np.sqrt((rr - cc) ** 2 + 4 * rc**2), 0) / 2
     # Wider than a ridge is, it is a bend or a crossing.
-    thin = (np.sqrt(spread) < 1.5) & (ends[1] > ends[0])
+    thin = (np.sqrt(spread) < 1.5) & (last > first)
+    strength = (last - first) * np.bincount(labels, ridge.magnitude[keep]) / size
     best = np.argsort(-strength, kind="stable")
-    return lines[best[thin[best]]]
+    lines = np.stack([(mean + t * axis).T for t in (first, last)], axis=1)
+    return np.asarray(lines[best[thin[best]]])
+
+
+def bounds(values: FloatArray, labels: Image) -> tuple[FloatArray, FloatArray]:
+    """Smallest and largest of the values with each label, all labels being used."""
+    order = np.argsort(labels, kind="stable")
+    starts = np.searchsorted(labels[order], np.arange(labels.max() + 1))
+    ordered = values[order]
+    return np.minimum.reduceat(ordered, starts), np.maximum.reduceat(ordered, starts)
 
 
 def join(lines: FloatArray, gap: float, shortest: float) -> FloatArray:

@@ -1,12 +1,12 @@
 """What an edge looks like across: its flat sides, what lies between them, its noise."""
 
 from dataclasses import dataclass
-from math import copysign
+from math import copysign, sqrt
 
 import numpy as np
 from scipy import ndimage
 
-from .._typing import FloatArray
+from .._typing import BoolArray, FloatArray
 from .locate import mean_valid
 from .strip import Strip
 
@@ -92,8 +92,7 @@ def find_transition(strip: Strip, projected: FloatArray, blur_extent: float) -> 
     From the steepest place outwards, a side starts where the mean profile changes, over the
     flat length, by no more than a few percent of the contrast and the noise of its slope.
     """
-    mean = mean_valid(projected, 0)
-    noise = row_noise(projected)
+    mean, noise = mean_valid(projected, 0), row_noise(projected)
     flat = flat_samples(blur_extent)
     peak = steepest_sample(mean, strip.across, blur_extent)
     if peak is None:
@@ -102,17 +101,26 @@ def find_transition(strip: Strip, projected: FloatArray, blur_extent: float) -> 
     slope = np.abs(np.correlate(mean, ramp, mode="valid"))  # NaN outside the image
     limit = slope_limit(mean, peak, flat, blur_extent)
     limit += 4 * noise / np.sqrt(len(projected)) * float(np.linalg.norm(ramp))
-    level = slope <= limit
+    found = level_around(slope <= limit, peak, flat)
+    if found is None:
+        return None
+    first, last = found
+    profile = mean_valid(strip.values, 0)
+    sides = [profile[first - flat : first + 1], profile[last : last + flat + 1]]
+    means = np.stack([side.mean(axis=0) for side in sides])
+    return Transition(profile, first, last, flat, means, noise)
+
+
+def level_around(level: BoolArray, peak: int, flat: int) -> tuple[int, int] | None:
+    """Last sample of the nearest flat side before the peak, and first of that after it.
+
+    `level` tells of each sample whether the profile is flat from there over `flat` samples.
+    """
     after = np.flatnonzero(level[peak:])
     before = np.flatnonzero(level[: max(peak - flat + 1, 0)][::-1])
     if len(after) == 0 or len(before) == 0:
         return None
-    first, last = max(peak - int(before[0]), flat), peak + int(after[0])
-    profile = mean_valid(strip.values, 0)
-    sides = [profile[first - flat : first + 1], profile[last : last + flat + 1]]
-    return Transition(
-        profile, first, last, flat, np.stack([s.mean(axis=0) for s in sides]), noise
-    )
+    return max(peak - int(before[0]), flat), peak + int(after[0])
 
 
 def steepest_sample(mean: FloatArray, across: FloatArray, blur_extent: float) -> int | None:
@@ -143,4 +151,4 @@ def row_noise(projected: FloatArray) -> float:
     if difference.size == 0:
         return ROUNDING
     # 1.4826 turns a median deviation into a standard one, sqrt(2) a difference into a value.
-    return max(float(np.median(np.abs(difference))) * 1.4826 / np.sqrt(2), ROUNDING)
+    return max(float(np.median(np.abs(difference))) * 1.4826 / sqrt(2), ROUNDING)

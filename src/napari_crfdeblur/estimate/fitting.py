@@ -60,10 +60,12 @@ def fitting(
     fit: PolynomialFit,
     *,
     starts: Sequence[float] = (1.0,),
+    least_apart: float = LEAST_COLLINEARITY,
 ) -> Job[ResponseEstimate]:
     """Long job: the response that minimizes the terms over groups of profiles.
 
-    The search starts from powers of the DoRF mean.
+    The search starts from powers of the DoRF mean. Profiles whose collinearity is below
+    `least_apart` leave the estimate in doubt.
     """
     yield Progress("response", 0, 1)
     rows = [Rows(g, fit.degree) for g in groups]
@@ -76,10 +78,12 @@ def fitting(
         )
     again = yield from resampling(terms, groups, found, fit.resamples)
     yield Progress("response", 1, 1)
-    return _estimate(rows, found, again)
+    return _estimate(rows, found, again, least_apart)
 
 
-def _estimate(rows: Sequence[Rows], found: Found, again: FloatArray) -> ResponseEstimate:
+def _estimate(
+    rows: Sequence[Rows], found: Found, again: FloatArray, least_apart: float
+) -> ResponseEstimate:
     groups = [r.group for r in rows]
     curve = polynomial.as_curve(found.coefficients)
     intensity = np.linspace(0, 1, BAND_SAMPLES)
@@ -97,7 +101,7 @@ def _estimate(rows: Sequence[Rows], found: Found, again: FloatArray) -> Response
         lower=lower,
         upper=upper,
         covered=covered,
-        status=_status(found, apart, covered),
+        status=_status(found, apart >= least_apart, covered),
         diagnostics={
             "objective": found.value,
             "collinearity": apart,
@@ -108,9 +112,9 @@ def _estimate(rows: Sequence[Rows], found: Found, again: FloatArray) -> Response
     )
 
 
-def _status(found: Found, apart: float, covered: tuple[float, float]) -> ResponseStatus:
+def _status(found: Found, able: bool, covered: tuple[float, float]) -> ResponseStatus:
     if not found.converged:
         return ResponseStatus.NOT_CONVERGED
-    if apart < LEAST_COLLINEARITY or covered[1] - covered[0] < LEAST_COVERED:
+    if not able or covered[1] - covered[0] < LEAST_COVERED:
         return ResponseStatus.DOUBTFUL
     return ResponseStatus.GOOD

@@ -72,7 +72,8 @@ class KnownPsf(ResponseFit):
             return distance_to(candidates[mismatch.argmin(axis=1)], rows, coefficients)
 
         terms = Terms(distance, *self.polynomial.weights)
-        return (yield from fitting(usable, terms, self.polynomial))
+        # One edge suffices, so that no arrangement of them leaves a doubt.
+        return (yield from fitting(usable, terms, self.polynomial, least_apart=0.0))
 
     def _spreads(self, group: ProfileGroup) -> FloatArray:
         """Edge spread at the positions of a group, a row for each shift."""

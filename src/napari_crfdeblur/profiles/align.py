@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._typing import FloatArray
+from .._typing import FloatArray, Image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,7 +29,7 @@ class Rows:
     intensity: FloatArray
     variance: FloatArray
     sides: FloatArray
-    edge: FloatArray
+    edge: Image
 
     def crossings(self, exponent: float, levels: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Where the profiles reach the given levels, shape (J, Q), and the variance of that.
@@ -37,25 +37,21 @@ class Rows:
         Levels are shares of the range after ``I^exponent``, in (0, 1).
         """
         start, end = (np.maximum(self.sides, 0) ** exponent).T[:, :, None]
-        power = np.maximum(self.intensity, 0) ** exponent
-        step = self.position[1] - self.position[0]
-        share = (power - start) / (end - start)
-        # A profile that wavers by noise crosses a level where it first stays above it.
+        share = (np.maximum(self.intensity, 0) ** exponent - start) / (end - start)
+        # Where noise makes it waver, halfway between the first and the last crossing.
         upward = np.maximum.accumulate(share, axis=1)
         downward = np.minimum.accumulate(share[:, ::-1], axis=1)[:, ::-1]
         share = (upward + downward) / 2
         after = (share[:, :, None] < levels).sum(axis=1).clip(1, share.shape[1] - 1)
         left, right = (np.take_along_axis(share, after - i, axis=1) for i in (1, 0))
-        slope = np.maximum(right - left, 1e-3) / step
+        step = self.position[1] - self.position[0]
         inside = np.clip((levels - left) / np.maximum(right - left, 1e-12), 0, 1)
-        place = self.position[after - 1] + inside * step
-        steep = np.gradient(power, axis=1) / (step * np.maximum(np.gradient(self.intensity, axis=1), 1e-6))
-        del steep
-        noise = np.take_along_axis(self.variance, after, axis=1)
-        local = exponent * np.maximum(
-            np.take_along_axis(self.intensity, after, axis=1), 1e-3
-        ) ** (exponent - 1)
-        return place, noise * (local / (end - start) / slope) ** 2
+        intensity, variance = (
+            np.take_along_axis(values, after, axis=1) for values in (self.intensity, self.variance)
+        )
+        gain = exponent * np.maximum(intensity, 1e-3) ** (exponent - 1) / (end - start)
+        slope = np.maximum(right - left, 1e-3) / step
+        return self.position[after - 1] + inside * step, variance * (gain / slope) ** 2
 
 
 class Alignment(ABC):
@@ -85,11 +81,9 @@ class EndPoints(Alignment):
 
     def shifts(self, groups: Sequence[Rows]) -> list[FloatArray]:
         """Middles of the end points, averaged over the profiles of each edge."""
-        found = []
+        found: list[FloatArray] = []
         for rows in groups:
-            ends, variance = rows.crossings(
-                self.exponent, np.array([self.level, 1 - self.level])
-            )
+            ends, variance = rows.crossings(self.exponent, np.array([self.level, 1 - self.level]))
             weight = 1 / (variance.sum(axis=1) + 1e-4)
             middle = np.bincount(rows.edge, weight * ends.mean(axis=1))
             found.append(middle / np.bincount(rows.edge, weight))
@@ -125,14 +119,14 @@ class CommonShape(Alignment):
     def fit(self, rows: Rows, exponent: float) -> tuple[FloatArray, float]:
         """Shift of each edge, shape (E,), and the misfit, under one exponent."""
         place, variance = rows.crossings(exponent, np.asarray(self.levels))
-        # No level of a picture is known better than a tenth of a pixel.
-        weight = 1 / (variance + 0.1**2)
+        # Edges are not straight, nor fits exact, to better than some hundredths of a pixel.
+        weight = 1 / (variance + 0.03**2)
         shift = np.zeros(int(rows.edge.max()) + 1)
         for _ in range(20):
             shape = np.average(place - shift[rows.edge, None], axis=0, weights=weight)
             residual = (place - shape) * weight
-            shift = np.bincount(rows.edge, residual.sum(axis=1))
-            shift /= np.bincount(rows.edge, weight.sum(axis=1))
+            total = np.bincount(rows.edge, weight.sum(axis=1))
+            shift = np.bincount(rows.edge, residual.sum(axis=1)) / total
         misfit = place - shape - shift[rows.edge, None]
         # Bounded, so that one bad edge does not choose the exponent for all.
         loss = float(np.log1p(weight * misfit**2 / 4).sum())

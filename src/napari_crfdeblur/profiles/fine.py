@@ -9,12 +9,14 @@ from .._typing import FloatArray, Image
 from ..edges.strip import Frame
 from ..photo import full_scale, planes
 
-# Width of the bins in which pixels are gathered, pixels. Within one, a blur of 5 pixels
-# changes so little that only the mean distance of its pixels matters.
-BIN = 1 / 16
-# Half-width of the local fits, pixels: wide enough for 3 rows of pixels along any edge that
-# runs along the pixel grid, wherever the fit is centred.
+# Width of the bins in which pixels are gathered, in units of the half-width of a fit: within
+# one, a profile bends so little that only the mean distance of its pixels matters.
+BIN = 1 / 12
+# Half-width of the local fits, in units of the largest gap between the distances at which
+# there are pixels: 3 of them lie within, wherever the fit is centred. Along an edge that runs
+# along the pixel grid the gap is a pixel; a slanted edge has pixels at nearly any distance.
 HALF = 1.75
+NARROWEST = 0.8  # half-width in pixels: less would only bring noise
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,6 +38,11 @@ class FineProfile:
     mean: FloatArray
     square: FloatArray
 
+    def half(self, least: float) -> float:
+        """Half-width of local fits that always find enough pixels, not less than `least`."""
+        gap = float(np.diff(self.place).max(initial=0.0))
+        return max(least, min(HALF * gap, HALF), NARROWEST)
+
     def reversed(self) -> "FineProfile":
         """The profile seen from the other side."""
         return FineProfile(
@@ -52,14 +59,18 @@ class Fit:
     count: FloatArray
 
 
-def gather(image: Image, frame: Frame, reach: float) -> FineProfile:
-    """All pixels whose centres project onto an edge, out to `reach` pixels from it."""
+def gather(image: Image, frame: Frame, reach: float, half: float) -> FineProfile:
+    """All pixels whose centres project onto an edge, out to `reach` pixels from it.
+
+    They are gathered for local fits of half-width `half`.
+    """
+    width = BIN * max(half, NARROWEST)
     row, column = pixels_near(image.shape[:2], frame, reach)
     place = (row - frame.center[0]) * sin(frame.angle) + (column - frame.center[1]) * cos(
         frame.angle
     )
-    index = np.floor((place + reach) / BIN).astype(np.int64)
-    bins = ceil(2 * reach / BIN) + 1
+    index = np.floor((place + reach) / width).astype(np.int64)
+    bins = ceil(2 * reach / width) + 1
     count = np.bincount(index, minlength=bins)
     used = count > 0
     sums = [np.bincount(index, place, bins)]
@@ -75,9 +86,7 @@ def pixels_near(
 ) -> tuple[FloatArray, FloatArray]:
     """Row and column of the pixels in a turned rectangle: half open, inside the image."""
     s, c = sin(frame.angle), cos(frame.angle)
-    corners = [
-        frame.point(t * frame.length / 2, d * reach) for t in (-1, 1) for d in (-1, 1)
-    ]
+    corners = [frame.point(t * frame.length / 2, d * reach) for t in (-1, 1) for d in (-1, 1)]
     first = max(ceil(min(r for r, _ in corners)), 0)
     last = min(floor(max(r for r, _ in corners)), shape[0] - 1)
     rows = np.arange(first, last + 1)

@@ -132,7 +132,7 @@ def cluster(
 
 def difference(a: FloatArray, b: FloatArray | float) -> FloatArray:
     """Angle between two orientations, in [0, pi/2]."""
-    return np.abs((a - b + pi / 2) % pi - pi / 2)
+    return np.asarray(np.abs((a - b + pi / 2) % pi - pi / 2))
 
 
 def circular_mean(angle: FloatArray, weight: FloatArray) -> float:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import cos, sin
+from math import cos
 
 import numpy as np
 
@@ -47,6 +47,11 @@ class Span:
     def step(self) -> float:
         """Spacing of the samples: not finer than the pixels permit."""
         return max(2 * self.half / SAMPLES, 0.5)
+
+    @property
+    def fit(self) -> float:
+        """Half-width of the local fits: a tenth of the transition, or a little over a step."""
+        return max(1.25 * self.step, 0.2 * self.half)
 
     @property
     def position(self) -> FloatArray:
@@ -135,9 +140,7 @@ class Bundle:
         ]
         inside = np.array([np.isfinite(f.sides).all() and f.fit.count.min() >= 1 for f in fits])
         keep = self.usable & inside[:, None]
-        sources = [
-            ProfileSource(index, self.edges[e], int(c)) for e, c in np.argwhere(keep)
-        ]
+        sources = [ProfileSource(index, self.edges[e], int(c)) for e, c in np.argwhere(keep)]
         count = np.stack([np.broadcast_to(f.fit.count, f.fit.value.shape) for f in fits])
         sides = np.stack([f.sides for f in fits])[keep]
         return ProfileGroup(
@@ -168,41 +171,52 @@ def gather_cluster(
 ) -> Bundle:
     """Pixels of all edges of one orientation, seen in one direction."""
     numbers = [good[i] for i in members.members]
-    width = np.array([edges[i].width for i in numbers])
-    half = max(float(np.quantile(width, 0.9)), 3.0) / 2
-    span = Span(half, flat=max(3.0, 0.4 * half))
-    fine = []
-    for i in numbers:
-        frame = Frame.of(Line(edges[i].start, edges[i].end))
-        found = gather(image, frame, span.reach)
-        opposite = cos(frame.angle - members.orientation) < 0
-        fine.append(found.reversed() if opposite else found)
+    span = common_span([edges[i].width for i in numbers])
+    fine = [seen_along(image, edges[i], members.orientation, span) for i in numbers]
     floor = rounding_variance(image)
     fits = [measure(f, span, 0.0, floor) for f in fine]
     usable = np.stack([usable_channels(f) for f in fits])
-    edge, channel = np.nonzero(usable)
-    rows = Rows(
-        span.position,
-        np.stack([f.fit.value for f in fits])[edge, channel],
-        np.stack([f.fit.variance for f in fits])[edge, channel],
-        np.stack([f.sides for f in fits])[edge, channel],
-        np.unique(edge, return_inverse=True)[1],
-    )
-    some = usable.any(axis=1)
+    some = np.flatnonzero(usable.any(axis=1))
     return Bundle(
         members.orientation,
         span,
-        tuple(n for n, ok in zip(numbers, some, strict=True) if ok),
-        tuple(f for f, ok in zip(fine, some, strict=True) if ok),
+        tuple(numbers[i] for i in some),
+        tuple(fine[i] for i in some),
         usable[some],
-        rows,
+        rows_of([fits[i] for i in some], usable[some], span),
         floor,
+    )
+
+
+def common_span(widths: Sequence[float]) -> Span:
+    """The span of the widest of the edges of one group, but for outliers."""
+    half = max(float(np.quantile(widths, 0.9)), 3.0) / 2
+    return Span(half, flat=max(3.0, 0.4 * half))
+
+
+def seen_along(image: Image, edge: Edge, orientation: float, span: Span) -> FineProfile:
+    """Pixels across an edge in the direction of a group's normal, whatever its own is."""
+    frame = Frame.of(Line(edge.start, edge.end))
+    found = gather(image, frame, span.reach, span.fit)
+    return found.reversed() if cos(frame.angle - orientation) < 0 else found
+
+
+def rows_of(fits: Sequence[Measured], usable: BoolArray, span: Span) -> Rows:
+    """The usable channels, shape (E, C), of all edges, for their alignment."""
+    edge, channel = np.nonzero(usable)
+    pairs = list(zip(edge.tolist(), channel.tolist(), strict=True))
+    return Rows(
+        span.position,
+        np.array([fits[e].fit.value[c] for e, c in pairs]),
+        np.array([fits[e].fit.variance[c] for e, c in pairs]),
+        np.array([fits[e].sides[c] for e, c in pairs]),
+        edge,
     )
 
 
 def measure(fine: FineProfile, span: Span, origin: float, floor: float) -> Measured:
     """Profile and sides of one edge about an origin, pixels along the normal."""
-    fit = fit_profile(fine, span.position + origin, max(HALF, 1.25 * span.step), floor)
+    fit = fit_profile(fine, span.position + origin, fine.half(span.fit), floor)
     places = np.abs(fine.place - origin)
     flat = (places >= span.half) & (places <= span.half + span.flat)
     means, spreads, counts = [], [], []

@@ -1,16 +1,18 @@
 """Blind estimation of a PSF from the strong edges of a blurred picture, coarse to fine."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import product
+from typing import TypeAlias
 
 import numpy as np
 from scipy import ndimage
-from skimage.transform import resize
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
+from ..fourier import Shape
 from ..progress import Job, Progress
-from .base import PsfEstimate, PsfEstimator, PsfStatus, centered
+from .base import PsfEstimate, PsfEstimator, centered
+from .confidence import diagnose, judge
 from .edge_prediction import EdgePredictor, gradient
 from .kernel_fit import KernelFit
 from .region import informative_region
@@ -25,6 +27,12 @@ SPARSITY = 1.8  # g of the second phase
 NOISE = 0.03, 0.02  # of the PSF's peak, below which it is cleared, in either phase
 ISLAND = 0.1  # of the PSF's mass: what a part that stands alone must hold to be kept
 LEAST_CONTRAST = 0.01  # of full scale: less is noise and rounding
+FIRST_GUESS = np.pad(np.full((1, 3), 1 / 3), [(2, 2), (1, 1)])  # some blur, of little weight
+NO_STRUCTURE = (
+    "the image shows too little structure to find its blur; choose a region with sharp-sided "
+    "objects, or give the PSF"
+)
+Figures: TypeAlias = dict[str, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,75 +78,94 @@ class XuJia(PsfEstimator):
                 f"find a PSF of {self.size} pixels in it: three times the PSF is needed; "
                 "choose a smaller PSF size or a larger image"
             )
-        plane = informative_region(linear, self.region, self.size)
-        plane = np.ascontiguousarray(plane, dtype=np.float32) / np.float32(_contrast(plane))
-        sizes = list(level_sizes(self.size))
-        total = len(sizes) * STEPS + REFINEMENTS
-        psf = np.pad(np.full((1, 3), 1 / 3), [(2, 2), (1, 1)])  # no more than a guess
-        for level, size in enumerate(sizes):
-            psf = cleaned(_resized(psf, size), NOISE[0])
-            small = _scaled(plane, size / self.size)
-            predictor, measured = EdgePredictor.of(small, size), gradient(small)
-            for step in range(level * STEPS, level * STEPS + STEPS):
-                yield Progress("blind PSF", step, total)
-                edges = predictor.predict(psf, max(FIRST / DECAY**step, LAST))
-                psf = KernelFit.of(edges, measured, size).solve(SMOOTHNESS)
-                psf = recentered(cleaned(psf, NOISE[0]))
-        for step in range(total - REFINEMENTS, total):
-            yield Progress("blind PSF", step, total)
+        plane = np.asarray(informative_region(linear, self.region, self.size), np.float32)
+        plane = plane / np.float32(contrast(plane))
+        psf = yield from self._initialized(plane)
+        psf, figures = yield from self._refined(plane, psf)
+        return PsfEstimate(centered(psf), judge(figures), figures)
+
+    def _initialized(self, plane: FloatArray) -> Job[FloatArray]:
+        """Phase one: a PSF of `size` x `size` pixels, coarse to fine."""
+        steps = product(level_sizes(self.size), range(STEPS))
+        psf = FIRST_GUESS
+        for done, (size, step) in enumerate(steps):
+            yield Progress("blind PSF", done, self._steps)
+            if step == 0:
+                psf = cleaned(_resized(psf, (size, size)), NOISE[0])
+                small = _scaled(plane, size / self.size)
+                predictor, measured = EdgePredictor.of(small, size), gradient(small)
+            edges = predictor.predict(psf, max(FIRST / DECAY**done, LAST))
+            psf = KernelFit.of(edges, measured, size).solve(SMOOTHNESS)
+            psf = recentered(cleaned(psf, NOISE[0]))
+        return psf
+
+    def _refined(self, plane: FloatArray, psf: FloatArray) -> Job[tuple[FloatArray, Figures]]:
+        """Phase two: a sparse PSF, and the figures that tell how far to trust it."""
+        predictor, measured = EdgePredictor.of(plane, self.size), gradient(plane)
+        for done in range(self._steps - REFINEMENTS, self._steps):
+            yield Progress("blind PSF", done, self._steps)
             edges = predictor.predict(psf, LAST)
             fit = KernelFit.of(edges, measured, self.size)
             psf = recentered(cleaned(fit.refine(psf, SPARSITY), NOISE[1]))
-        return PsfEstimate(centered(psf), PsfStatus.GOOD)
+        figures = diagnose(predictor.predict(psf, LAST), measured, psf, SMOOTHNESS)
+        yield Progress("blind PSF", self._steps, self._steps)
+        return psf, figures
+
+    @property
+    def _steps(self) -> int:
+        return len(level_sizes(self.size)) * STEPS + REFINEMENTS
 
 
-def level_sizes(size: int) -> Iterator[int]:
+def level_sizes(size: int) -> list[int]:
     """PSF sizes of the levels, from coarse to fine, all odd."""
     sizes = [size]
     while sizes[-1] > SMALLEST:
         smaller = int(np.ceil(sizes[-1] * RATIO)) // 2 * 2 + 1
         sizes.append(min(smaller, sizes[-1] - 2))
-    return reversed(sizes)
+    return sizes[::-1]
 
 
 def cleaned(psf: FloatArray, least: float) -> FloatArray:
     """Clear values below `least` of the peak, and small islands; scale to sum 1."""
+    if not psf.max() > 0:
+        raise CrfDeblurError(NO_STRUCTURE)
     psf = np.where(psf < least * psf.max(), 0, psf)
     islands, count = ndimage.label(psf, np.ones((3, 3)))
     mass = ndimage.sum_labels(psf, islands, np.arange(count + 1))
-    kept = mass >= ISLAND * psf.sum()
-    psf = psf * kept[islands]
+    psf = psf * (mass >= min(ISLAND * psf.sum(), mass.max()))[islands]
     return np.asarray(psf / psf.sum())
 
 
 def recentered(psf: FloatArray) -> FloatArray:
     """Shift a PSF by whole pixels within its array so that its centroid is at the centre."""
-    shift = [side // 2 - round(at) for side, at in zip(psf.shape, _centroid(psf), strict=True)]
-    moved = ndimage.shift(psf, shift, order=0)
+    centroid = np.array(ndimage.center_of_mass(psf))
+    moved = ndimage.shift(psf, np.array(psf.shape) // 2 - np.rint(centroid), order=0)
     return np.asarray(moved / moved.sum())
 
 
-def _centroid(psf: FloatArray) -> tuple[float, ...]:
-    return tuple(ndimage.center_of_mass(psf))
+def contrast(plane: FloatArray) -> float:
+    """Range between the darkest and the brightest half percent: the scale of its steps.
+
+    White noise loses four fifths of it in means of 5 x 5 pixels, a blurred picture very
+    little; where more than half is lost, there is nothing but noise.
+    """
+    total, smooth = (_range(p) for p in (plane, ndimage.uniform_filter(plane, 5)))
+    if smooth < max(LEAST_CONTRAST, total / 2):
+        raise CrfDeblurError(NO_STRUCTURE)
+    return total
 
 
-def _contrast(plane: FloatArray) -> float:
-    """Range between the darkest and the brightest half percent, at a typical 3/4 of it."""
+def _range(plane: FloatArray) -> float:
     dark, bright = np.quantile(plane, [0.005, 0.995])
-    if bright - dark < LEAST_CONTRAST:
-        raise CrfDeblurError(
-            "the image is almost uniform and shows no blur; choose a region with edges, or "
-            "give the PSF"
-        )
     return float(bright - dark)
 
 
-def _resized(psf: FloatArray, size: int) -> FloatArray:
-    return np.asarray(resize(psf, (size, size), order=1, anti_aliasing=False))
+def _resized(plane: FloatArray, shape: Shape) -> FloatArray:
+    """Resample linearly, without aliasing: the sides of pixels, not their centres, match."""
+    factors = np.divide(shape, plane.shape)
+    smooth = ndimage.gaussian_filter(plane, np.maximum(1 / factors - 1, 0) / 2)
+    return np.asarray(ndimage.zoom(smooth, factors, order=1, grid_mode=True, mode="nearest"))
 
 
 def _scaled(plane: FloatArray, scale: float) -> FloatArray:
-    if scale == 1:
-        return plane
-    shape = tuple(round(side * scale) for side in plane.shape)
-    return np.asarray(resize(plane, shape, order=1, anti_aliasing=True), dtype=np.float32)
+    return _resized(plane, (round(plane.shape[0] * scale), round(plane.shape[1] * scale)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from .. import fourier
 from .._typing import FloatArray, Image
+from ..linear import reapply
 from ..photo import from_unit
 from ..psf.base import as_psf
 from ..response import ResponseCurve
@@ -140,10 +141,11 @@ def simulate(scene: Scene, psf: FloatArray, camera: Camera, *, seed: int = 0) ->
     reach = psf.shape[0] // 2, psf.shape[1] // 2
     sharp = _inner(scene.linear, reach).copy()
     blurred = _inner(_blur(scene.linear, psf), reach).copy()
-    photo = camera.expose(blurred, np.random.default_rng(seed))
+    noisy = camera.noisy(blurred, np.random.default_rng(seed))
+    photo = reapply(noisy, camera.response, camera.dtype)
     return Simulated(
         photo=photo if camera.jpeg is None else _compressed(photo, camera.jpeg),
-        sharp=from_unit(camera.response.to_intensity(sharp), camera.dtype),
+        sharp=reapply(sharp, camera.response, camera.dtype),
         sharp_linear=sharp,
         blurred_linear=blurred,
         psf=psf,

@@ -1,0 +1,69 @@
+"""How far a blind PSF can be trusted: whether parts of the picture agree on it."""
+
+import numpy as np
+
+from .._typing import FloatArray
+from .base import PsfStatus
+from .kernel_fit import KernelFit
+
+# Least agreement of good estimates; on pictures blurred by known PSFs, those that made the
+# deblurred picture more than twice as wrong as the true PSF fell below one of these.
+LEAST_BETWEEN_HALVES = 0.94
+LEAST_BETWEEN_DIRECTIONS = 0.975
+
+
+def diagnose(
+    edges: FloatArray, measured: FloatArray, psf: FloatArray, weight: float
+) -> dict[str, float]:
+    """Figures that tell a PSF which the picture determines from one that noise does.
+
+    Parameters
+    ----------
+    edges, measured : ndarray, shape (2, M, N)
+        Gradient of the predicted sharp picture, and of the blurred one.
+    psf : ndarray, shape (S, S)
+        The PSF found between them.
+    weight : float
+        Of the smoothness of the PSFs that parts of the picture give.
+
+    Returns
+    -------
+    dict of str to float
+        ``residual``: share of the blurred gradient's energy that the PSF leaves unexplained.
+        ``halves``, ``directions``: the cosine between the PSFs that the left and the right
+        half of the picture give, and its horizontal and its vertical edges.
+        ``compactness``: share of the PSF's mass in as many pixels as a thin line of its size
+        covers, two for each pixel of length.
+    """
+    size = len(psf)
+    middle = edges.shape[2] // 2
+    left, right = slice(None, middle), slice(middle, None)
+    halves = [
+        KernelFit.of(edges[..., half], measured[..., half], size).solve(weight)
+        for half in (left, right)
+    ]
+    directions = [
+        KernelFit.of(edges[[axis]], measured[[axis]], size).solve(weight) for axis in (0, 1)
+    ]
+    return {
+        "residual": KernelFit.of(edges, measured, size).residual(psf),
+        "halves": _cosine(*halves),
+        "directions": _cosine(*directions),
+        "compactness": float(np.sort(psf, axis=None)[-2 * size :].sum()),
+    }
+
+
+def judge(figures: dict[str, float]) -> PsfStatus:
+    """Status that the agreement between the parts of the picture permits."""
+    good = (
+        figures["halves"] >= LEAST_BETWEEN_HALVES
+        and figures["directions"] >= LEAST_BETWEEN_DIRECTIONS
+    )
+    return PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
+
+
+def _cosine(first: FloatArray, second: FloatArray) -> float:
+    """Cosine between the positive parts of two PSFs; 0 if one has none."""
+    first, second = np.maximum(first, 0), np.maximum(second, 0)
+    norms = float(np.linalg.norm(first) * np.linalg.norm(second))
+    return float(np.vdot(first, second)) / norms if norms > 0 else 0.0
