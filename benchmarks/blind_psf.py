@@ -36,7 +36,9 @@ DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "levin2009"
 BORDER = 25
 REACH = 8  # pixels of shift that are tried: some photos are 4 pixels off, and so are PSFs
 QUARTERS = np.arange(-3, 4) / 4
-RESTORATION = HyperLaplacian()
+# As the pipeline restores with blind PSFs. It is near the best for the true PSFs, too: .005
+# gives 33.7 dB, .01 33.6 dB and .015 32.3 dB; the more weight, the smaller the error ratio.
+RESTORATION = HyperLaplacian(model_error=0.01)
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ def estimate_blur_extent(image: Image) -> float:
     """Width of the widest blurred edges of a photo, pixels, with a little margin.
 
     Edges are looked for at several scales. Of those that show enough good edges (by length
-    and contrast), the largest tells: a motion blur leaves some edges sharp.
+    and contrast), the one with the widest tells: a motion blur leaves some edges sharp.
 
     Parameters
     ----------
@@ -41,7 +41,9 @@ def estimate_blur_extent(image: Image) -> float:
     step = int(np.ceil(np.sqrt(image.shape[0] * image.shape[1] / MOST_PIXELS)))
     if step == 1:
         return widest(image, SCALES) or FALLBACK
-    extent = step * (widest(reduce(image, step), SCALES) or 0.0)
+    small = reduce(image, step)
+    small = small[..., 0] if image.ndim == 2 else small
+    extent = step * (widest(small, SCALES) or 0.0)
     if extent >= WELL_MEASURED * step:
         return extent
     return widest(middle(image, step), SCALES) or extent or FALLBACK
@@ -55,14 +57,14 @@ def middle(image: Image, step: int) -> Image:
 
 
 def widest(image: Image, scales: Sequence[float]) -> float | None:
-    """Width at the largest scale with enough evidence, pixels; None without good edges."""
+    """Largest width at the scales with enough evidence, pixels; None without good edges."""
     found = [good_edges(image, scale) for scale in scales if scale < min(image.shape[:2]) / 3]
     evidence = [sum(e.length * e.contrast for e in edges) for edges in found]
     most = max(evidence, default=0.0)
     if most == 0:
         return None
     trusted = [edges for edges, e in zip(found, evidence, strict=True) if e >= SHARE * most]
-    return MARGIN * typical_width(trusted[-1])
+    return MARGIN * max(typical_width(edges) for edges in trusted)
 
 
 def good_edges(image: Image, scale: float) -> list[Edge]:

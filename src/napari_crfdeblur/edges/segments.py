@@ -18,7 +18,7 @@ from .base import Line
 SECTORS = 12  # of half a circle: 15 degrees, wider than the noise of orientation at a ridge
 FAINTEST = 0.03  # contrast, in units of full scale, below which no edge is looked for
 NARROWEST = 8.0  # width in reduced pixels to which the widest transition is brought
-MOST_JOINED = 1000
+MOST_JOINED = 1000  # segments, the strongest, that are joined with each other
 MOST_PIXELS = 3e6  # of the reduced picture: bounds the time spent on a sharp, large photo
 
 
@@ -199,7 +199,7 @@ def continues(line: FloatArray, others: FloatArray, gap: float) -> BoolArray:
     across = np.abs(offset @ np.array([axis[1], -axis[0]])).max(axis=1)
     along = np.sort(offset @ axis, axis=1)
     beyond = np.maximum(along[:, 0] - length, -along[:, 1])
-    # Half a pixel is what the end of a segment is off; a short line does not point far.
+    # The ends of noisy segments are off by a pixel; a short line does not point far.
     return np.asarray((across < 1.5) & (beyond < min(gap, length)))
 
 

@@ -20,6 +20,9 @@ from ..response import ResponseCurve
 LEAST_COLLINEARITY = 0.03
 # Sides that differ less than this, in intensity, are the same: three levels of 8 bit.
 SAME_SIDE = 3 / 255
+# Least difference of the sides, in intensity: the paper (4.4) keeps edges of high contrast. What
+# disturbs a fainter profile is large beside its range.
+LEAST_CONTRAST = 0.06
 # Points `c` that are tried: the range of irradiance and well beyond it on both sides.
 CENTERS = np.linspace(-3, 4, 281)
 ZOOMS = 4  # each is ten times finer
@@ -33,11 +36,11 @@ def comparable(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
     CrfDeblurError
         No group has three profiles, or the profiles of each group span one common range.
     """
-    usable = [g for g in groups if len(g) >= 2]
+    usable = [g for g in contrasted(groups) if len(g) >= 2]
     if max((len(g) for g in usable), default=0) < 3:
         raise CrfDeblurError(
-            "at least 3 straight edges of one orientation are needed to determine the response; "
-            "add edges, or give the response (gamma or sRGB)"
+            "at least 3 straight edges of one orientation and good contrast are needed to determine "
+            "the response; add edges, or give the response (gamma or sRGB)"
         )
     if all(np.ptp(np.sort(g.sides, axis=1), axis=0).max() < SAME_SIDE for g in usable):
         raise CrfDeblurError(
@@ -45,6 +48,12 @@ def comparable(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
             "the response; add edges between other levels, or give the response (gamma or sRGB)"
         )
     return usable
+
+
+def contrasted(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
+    """The profiles between sides that differ enough; groups left empty are dropped."""
+    masks = [np.abs(g.sides[:, 1] - g.sides[:, 0]) >= LEAST_CONTRAST for g in groups]
+    return [g.select(mask) for g, mask in zip(groups, masks, strict=True) if mask.any()]
 
 
 def levels_apart(groups: Sequence[ProfileGroup], curve: ResponseCurve) -> float:

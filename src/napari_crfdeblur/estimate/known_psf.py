@@ -13,6 +13,7 @@ from ..psf.base import as_psf
 from ..psf.projection import project
 from .base import ResponseEstimate, ResponseFit
 from .fitting import PolynomialFit, fitting
+from .identifiability import contrasted
 from .mean_profile import distance_to
 from .rows import Rows
 from .search import Terms
@@ -26,7 +27,7 @@ END_SHARE = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownPsf(ResponseFit):
-    """Least squares: ``min over g of sum_j |w_j| sum_m (p_j(m) - s(m))^2 + penalties``.
+    """Least squares: ``min over g of sum_j |w_j| sum_m (p_j(m) - s(m))^2 / sum_j |w_j| + penalties``.
 
     Kim et al. 2012, Eq. 3-4: ``p_j = (g(I_j) - l_j) / w_j`` against the edge spread `s`, the
     cumulated projection of the PSF on the normal of the group, aligned by its end points.
@@ -56,7 +57,7 @@ class KnownPsf(ResponseFit):
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""
-        usable = [g for g in groups if len(g) >= 1]
+        usable = contrasted(groups)
         if not usable:
             raise CrfDeblurError(
                 "there are no profiles to compare with the PSF; "

@@ -17,7 +17,7 @@ from .search import Terms
 
 @dataclass(frozen=True, slots=True)
 class MeanProfile(ResponseFit):
-    """Distance to the mean: ``min over g of sum_j |w_j| sum_m (p_j(m) - mean(m))^2``.
+    """Distance to the mean: ``min over g of sum_j |w_j| sum_m (p_j(m) - mean(m))^2 / sum_j |w_j|``.
 
     Kim et al. 2012, Eq. 5: ``p_j = (g(I_j) - l_j) / w_j``, and the mean is weighted by
     ``|w_j|``; with the penalties of Eq. 4. The search starts from the DoRF mean.
@@ -47,7 +47,10 @@ def _distance_to_mean(rows: Rows, coefficients: FloatArray) -> tuple[float, Floa
 def distance_to(
     spread: FloatArray, rows: Rows, coefficients: FloatArray
 ) -> tuple[float, FloatArray]:
-    """Mean over j, m of ``|w_j| (p_j(m) - s(m))^2`` and its gradient at a fixed `s`.
+    """Mean of ``(p_j(m) - s(m))^2`` weighted by ``|w_j|``, and its gradient at a fixed `s`.
+
+    The sum that is printed is divided by that of the weights, which depend on the response:
+    it would be least where all ranges are squeezed to nothing.
 
     Parameters
     ----------
@@ -59,9 +62,12 @@ def distance_to(
         Of the polynomial inverse response.
     """
     profiles = rows.scaled(coefficients)
-    weights = rows.ranges(coefficients)
+    ranges = rows.ranges(coefficients)
+    weights, signs = np.abs(ranges), np.sign(ranges)
     residual = profiles - spread
-    each = np.einsum("jm,jm->j", residual, residual)
-    bend = rows.scaled_slope(coefficients, 2 * np.abs(weights)[:, None] * residual)
-    stretch = (np.sign(weights) * each) @ rows.range_powers
-    return float(np.abs(weights) @ each) / profiles.size, (bend + stretch) / profiles.size
+    each = np.einsum("jm,jm->j", residual, residual) / profiles.shape[1]
+    total = weights.sum()
+    mean = float(weights @ each) / total
+    bend = rows.scaled_slope(coefficients, 2 / profiles.shape[1] * weights[:, None] * residual)
+    stretch = (signs * (each - mean)) @ rows.range_powers
+    return mean, (bend + stretch) / total
