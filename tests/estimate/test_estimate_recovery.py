@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import (
     GivenResponse,
     KnownPsf,
@@ -167,7 +168,6 @@ def hostile_groups():
         "noise": (noise, ends),
         "noise with sides of noise": (noise, noise[:, [0, -1]]),
         "flat profiles": (np.full((6, 19), 0.5), ends),
-        "sides that are alike in each row": (noise, np.tile(np.arange(6)[:, None] / 6, 2)),
         "steps": (np.where(np.arange(19) < 9, ends[:, :1], ends[:, 1:]), ends),
         "black and white": ((noise > 0.5).astype(float), ends),
         "sides swapped": (ends[:, :1] + np.diff(ends) * np.linspace(0, 1, 19), ends[:, ::-1]),
@@ -176,6 +176,15 @@ def hostile_groups():
 
 
 HOSTILE = hostile_groups()
+
+
+@pytest.mark.parametrize(
+    "method", [*BLIND.values(), KnownPsf(PSF, polynomial=ALONE)], ids=[*BLIND, "Eq. 4"]
+)
+def test_profiles_without_contrast_are_refused(method):
+    rows = np.tile(np.arange(6)[:, None] / 6, 19)
+    with pytest.raises(CrfDeblurError, match="add"):
+        estimate_response([group_of(rows, rows[:, :2])], method)
 
 
 @pytest.mark.parametrize(("intensity", "sides"), HOSTILE.values(), ids=HOSTILE)

@@ -1,6 +1,6 @@
 """What the words of the command line stand for: responses, PSFs and methods."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import radians
 from pathlib import Path
 
@@ -84,7 +84,7 @@ def _number(text: str, whole: str) -> float:
 
 def simulated_psf(text: str, size: int, seed: int) -> FloatArray:
     """PSF for ``simulate --psf``: a shape of the given extent, or a file."""
-    shapes = {
+    shapes: dict[str, Callable[[], FloatArray]] = {
         "shake": lambda: camera_shake(size, seed),
         "kernel-a": kernel_a,
         "kernel-b": kernel_b,

@@ -20,8 +20,8 @@ from ..response import ResponseCurve
 LEAST_COLLINEARITY = 0.03
 # Sides that differ less than this, in intensity, are the same: three levels of 8 bit.
 SAME_SIDE = 3 / 255
-# Least difference of the sides, in intensity: the paper (4.4) keeps edges of high contrast. What
-# disturbs a fainter profile is large beside its range.
+# Least difference of the sides, in intensity: the paper (4.4) keeps edges of high contrast.
+# What disturbs a fainter profile is large beside its range.
 LEAST_CONTRAST = 0.06
 # Points `c` that are tried: the range of irradiance and well beyond it on both sides.
 CENTERS = np.linspace(-3, 4, 281)

@@ -27,7 +27,7 @@ END_SHARE = 0.01
 
 @dataclass(frozen=True, slots=True, eq=False)
 class KnownPsf(ResponseFit):
-    """Least squares: ``min over g of sum_j |w_j| sum_m (p_j(m) - s(m))^2 / sum_j |w_j| + penalties``.
+    """Least squares: ``min over g of sum_jm |w_j| (p_j(m) - s(m))^2 / sum_j |w_j|``.
 
     Kim et al. 2012, Eq. 3-4: ``p_j = (g(I_j) - l_j) / w_j`` against the edge spread `s`, the
     cumulated projection of the PSF on the normal of the group, aligned by its end points.

@@ -6,10 +6,12 @@ from .._typing import FloatArray
 from .base import PsfStatus
 from .kernel_fit import KernelFit
 
-# Least agreement of good estimates; on pictures blurred by known PSFs, those that made the
-# deblurred picture more than twice as wrong as the true PSF fell below one of these.
+# What good estimates reach. Of 28 pictures blurred by known PSFs, all those with an error ratio
+# above 2.5 but one fall short of one of these, and so do 5 that are no worse than the others.
 LEAST_BETWEEN_HALVES = 0.94
 LEAST_BETWEEN_DIRECTIONS = 0.975
+LEAST_EXTENT = 1 / 3
+FAINT = 0.05  # of the peak: does not count as extent
 
 
 def diagnose(
@@ -34,6 +36,8 @@ def diagnose(
         half of the picture give, and its horizontal and its vertical edges.
         ``compactness``: share of the PSF's mass in as many pixels as a thin line of its size
         covers, two for each pixel of length.
+        ``extent``: longest side of the PSF as a share of its array. A PSF much smaller than
+        asked for is often none: that nothing was blurred always fits somehow.
     """
     size = len(psf)
     middle = edges.shape[2] // 2
@@ -50,6 +54,7 @@ def diagnose(
         "halves": _cosine(*halves),
         "directions": _cosine(*directions),
         "compactness": float(np.sort(psf, axis=None)[-2 * size :].sum()),
+        "extent": max(np.ptp(axis) + 1 for axis in np.nonzero(psf > FAINT * psf.max())) / size,
     }
 
 
@@ -58,6 +63,7 @@ def judge(figures: dict[str, float]) -> PsfStatus:
     good = (
         figures["halves"] >= LEAST_BETWEEN_HALVES
         and figures["directions"] >= LEAST_BETWEEN_DIRECTIONS
+        and figures["extent"] >= LEAST_EXTENT
     )
     return PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
 
