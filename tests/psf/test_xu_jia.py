@@ -156,3 +156,10 @@ def test_color_is_averaged() -> None:
     grey_psf = estimate_psf(photo, XuJia(size=5)).psf
     # the mean of three equal numbers is off by rounding
     assert kernel_similarity(estimate_psf(color, XuJia(size=5)).psf, grey_psf) > 0.999
+
+
+def test_a_psf_much_smaller_than_asked_for_is_doubted() -> None:
+    sharp = scene(200, 260) + np.random.default_rng(1).normal(0, 0.003, (200, 260))
+    estimate = estimate_psf(ndimage.gaussian_filter(sharp, 0.5), XuJia(size=25))
+    assert estimate.diagnostics["extent"] < 0.25
+    assert estimate.status is PsfStatus.DOUBTFUL

@@ -39,8 +39,8 @@ def comparable(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
     usable = [g for g in contrasted(groups) if len(g) >= 2]
     if max((len(g) for g in usable), default=0) < 3:
         raise CrfDeblurError(
-            "at least 3 straight edges of one orientation and good contrast are needed to determine "
-            "the response; add edges, or give the response (gamma or sRGB)"
+            "at least 3 straight edges of one orientation and of good contrast are needed to "
+            "determine the response; add edges, or give the response (gamma or sRGB)"
         )
     if all(np.ptp(np.sort(g.sides, axis=1), axis=0).max() < SAME_SIDE for g in usable):
         raise CrfDeblurError(
