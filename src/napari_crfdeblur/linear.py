@@ -26,8 +26,9 @@ def linearize(photo: Image, curve: Response) -> FloatArray:
 
     Parameters
     ----------
-    photo : ndarray, shape (M, N) or (M, N, C)
-        uint8, uint16, or float in [0, 1] (values outside are clipped to it).
+    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
+        uint8, uint16, or float in [0, 1] (values outside are clipped to it). A fourth channel
+        is taken for light, too: leave out alpha.
     curve : ResponseCurve or sequence of C of them
         One response for all channels or one for each.
 

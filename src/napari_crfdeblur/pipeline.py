@@ -18,7 +18,7 @@ from .estimate import (
 )
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
 from .linear import Response, linearize, reapply
-from .photo import ALPHA, check_photo, color
+from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sample_profiles
 from .progress import Job, Progress, drain
 from .psf import PsfEstimate, PsfEstimator, PsfStatus, XuJia, estimating_psf
@@ -27,6 +27,7 @@ from .response import dorf_mean
 # What an estimated PSF leaves unexplained, as a share of the contrast: on really blurred photos
 # of known truth, a weight that reckons with less rings.
 BLIND_ERROR = 0.01
+GIVEN_ERROR = 0.001  # of a given PSF: no more than rounding to 8 bits
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,6 +190,11 @@ def profiles_for(
     needs no alignment. In a grey photo, in one of grey things, and for one response for each
     channel, the edges of one orientation are.
     """
+    if not isinstance(method, ResponseFit) and len(method) != len(planes(photo)):
+        raise CrfDeblurError(
+            f"{len(method)} responses do not fit the {len(planes(photo))} channels of the photo; "
+            "use one response for all"
+        )
     if isinstance(method, ResponseFit):
         by_edge = sample_profiles(photo, edges, grouping=ByEdge(), index=index)
         rows = [group for group in by_edge if len(group) >= 2]
@@ -225,7 +231,7 @@ def _psf_estimator(photo: Image, edges: Sequence[Edge], options: DeblurOptions) 
 
 def _deconvolver(psf: PsfEstimate) -> Deconvolver:
     given = psf.status is PsfStatus.GIVEN
-    return HyperLaplacian() if given else HyperLaplacian(model_error=BLIND_ERROR)
+    return HyperLaplacian(model_error=GIVEN_ERROR if given else BLIND_ERROR)
 
 
 def _with_alpha_of(photo: Image, colors: Image) -> Image:

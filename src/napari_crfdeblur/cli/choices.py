@@ -16,6 +16,7 @@ from ..estimate import (
     Tail,
 )
 from ..io import read_psf, read_responses
+from ..pipeline import BLIND_ERROR, GIVEN_ERROR
 from ..psf import (
     GivenPsf,
     PsfEstimator,
@@ -29,12 +30,17 @@ from ..psf import (
 )
 from ..response import SRGB, Gamma, Identity, ResponseCurve
 
-DECONVOLVERS: dict[str, type[Deconvolver]] = {
-    "hyper-laplacian": HyperLaplacian,
-    "irls": SparseIrls,
-    "richardson-lucy": RichardsonLucy,
-    "wiener": Wiener,
+DECONVOLVERS: dict[str, Callable[[float], Deconvolver]] = {
+    "hyper-laplacian": lambda error: HyperLaplacian(model_error=error),
+    "irls": lambda error: SparseIrls(model_error=error),
+    "richardson-lucy": lambda error: RichardsonLucy(),  # noqa: ARG005 - knows no noise
+    "wiener": lambda error: Wiener(model_error=error),
 }
+
+
+def deconvolver(name: str, psf: str) -> Deconvolver:
+    """Method for ``--method``; an estimated PSF is less certain than a given one."""
+    return DECONVOLVERS[name](BLIND_ERROR if psf == "auto" else GIVEN_ERROR)
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:
@@ -71,6 +77,8 @@ def fit_named(name: str | None, psf: Path | None) -> ResponseFit:
 def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
     if text != "auto":
+        if size:
+            raise CrfDeblurError("--psf-size is for an estimated PSF: leave it out with --psf FILE")
         return GivenPsf(read_psf(Path(text)))
     return XuJia(size=size) if size else None
 

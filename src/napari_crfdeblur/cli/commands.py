@@ -38,7 +38,7 @@ from ..simulate import Camera, Scene, slanted_edges, step_image, street
 from ..simulate import simulate as expose
 from .bar import run
 from .choices import (
-    DECONVOLVERS,
+    deconvolver,
     fit_named,
     known_response,
     psf_estimator,
@@ -65,7 +65,7 @@ def deblur(arguments: Namespace) -> None:
         edges=read_edges(arguments.edges) if arguments.edges else None,
         blur_extent=arguments.blur_extent,
         psf=psf_estimator(arguments.psf, arguments.psf_size),
-        method=DECONVOLVERS[arguments.method]() if arguments.method else None,
+        method=deconvolver(arguments.method, arguments.psf),
     )
     photo = _photo(arguments.photo)
     result = run(deblurring(photo, options))

@@ -79,6 +79,7 @@ def _deblur(add: Add) -> None:
     deblur.add_argument(
         "--method",
         choices=METHODS,
+        default="hyper-laplacian",
         help="deconvolution (default: hyper-laplacian)",
     )
     _psf_size(deblur)

@@ -1,4 +1,4 @@
-"""Deconvolution with a sparse prior by reweighted least squares: the best, and slow."""
+"""Deconvolution with a sparse prior by reweighted least squares: thorough, and slow."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -112,24 +112,30 @@ def resampling(
 ) -> Generator[Progress, None, FloatArray]:
     """Coefficients found again from edges drawn with replacement, shape (R, n + 1).
 
-    The bootstrap of Efron (1979) over the edges of each group; the seed is fixed, so that the
-    same profiles give the same band. Searches that end nowhere are left out.
+    The bootstrap of Efron (1979) over all edges; the seed is fixed, so that the same profiles
+    give the same band. Searches that end nowhere are left out.
     """
     random = np.random.default_rng(0)
     degree = found.coefficients.size - 1
     again = []
     for number in range(resamples):
         yield Progress("band of the response", number, resamples)
-        objective = terms.objective([Rows(_redraw(g, random), degree) for g in groups])
-        one = search(objective, found.coefficients)
+        drawn = [Rows(group, degree) for group in _redraw(groups, random)]
+        one = search(terms.objective(drawn), found.coefficients)
         if one.converged:
             again.append(one.coefficients)
     return np.array(again).reshape(len(again), degree + 1)
 
 
-def _redraw(group: ProfileGroup, random: np.random.Generator) -> ProfileGroup:
-    """As many edges drawn with replacement; the channels of an edge stay together."""
-    edges = np.array([(source.image, source.edge) for source in group.sources])
+def _redraw(groups: Sequence[ProfileGroup], random: np.random.Generator) -> list[ProfileGroup]:
+    """As many edges drawn with replacement; the channels of an edge stay together.
+
+    A group keeps as many copies of its profiles as their edge was drawn.
+    """
+    edges = [(source.image, source.edge) for group in groups for source in group.sources]
     distinct, number = np.unique(edges, axis=0, return_inverse=True)
-    drawn = random.integers(len(distinct), size=len(distinct))
-    return group.select(np.concatenate([np.flatnonzero(number == edge) for edge in drawn]))
+    times = np.bincount(random.integers(len(distinct), size=len(distinct)), minlength=len(distinct))
+    ends = np.cumsum([len(group) for group in groups])
+    copies = np.split(times[number.ravel()], ends[:-1])
+    drawn = [g.select(np.repeat(np.arange(len(g)), c)) for g, c in zip(groups, copies, strict=True)]
+    return [group for group in drawn if len(group) > 0]

@@ -26,7 +26,7 @@ class EdgePredictor:
 
     The picture `x` of fewest steps that explains the blurred one: Xu, Zheng & Jia (2013,
     Unnatural L0 sparse representation for natural image deblurring, CVPR), with the splitting
-    of Xu, Lu, Xu & Jia (2011, Image smoothing via L0 gradient minimization), Eq. 8-12. It
+    of Xu, Lu, Xu & Jia (2011, Image smoothing via L0 gradient minimization). It
     stands in for the shock filter of Xu & Jia (2010): both turn soft edges into steps and
     drop what is weak, but it knows the PSF, and so finds steps that the blur has merged.
 

@@ -18,11 +18,11 @@ LEAST = 1e-3  # of the peak: keeps the weight 1 / |k| finite
 class KernelFit:
     """Minimize ``1/2 |k * s - b|^2 + g/2 |k|^2`` over PSFs `k` of a few pixels.
 
-    Xu & Jia (2010), Eq. 8, where `s` are predicted gradients of the sharp picture and `b`
+    Xu & Jia (2010), Sec. 3.1, where `s` are predicted gradients of the sharp picture and `b`
     those of the blurred one. All that the pictures have to say is in the autocorrelation of
     `s` and its correlation with `b`, as far as the PSF reaches: two transforms of each
     picture, and then a small convolution for every step of conjugate gradients. Unlike the
-    quotient of transforms, Eq. 9, this fits within the support and not around it.
+    paper's quotient of transforms, this fits within the support and not around it.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ class KernelFit:
 
         Iterative support detection, Xu & Jia (2010), Algorithm 2: minimizes
         ``1/2 |k * s - b|^2 + g sum |k|`` over the pixels outside the support, by reweighted
-        least squares (Eq. 13).
+        least squares.
         """
         for _ in range(SPARSE_STEPS):
             outside = ~support(psf)
@@ -98,7 +98,7 @@ class KernelFit:
 
 
 def support(psf: FloatArray) -> BoolArray:
-    """Pixels above the first significant jump of the sorted values: Xu & Jia (2010), Eq. 11."""
+    """Pixels above the first significant jump of the sorted values: Xu & Jia (2010), Sec. 3.2."""
     values = np.sort(psf, axis=None)
     jumps = np.flatnonzero(np.diff(values) > psf.max() / (2 * len(psf)))
     return psf > (values[jumps[0]] if jumps.size else 0)

@@ -81,7 +81,7 @@ def edge_between(
     return TrueEdge(line, far, near) if towards > 0 else TrueEdge(line, near, far)
 
 
-def step_image(shape: tuple[int, int], levels: Levels = (0.02, 0.4, 0.98, 0.02)) -> Scene:
+def step_image(shape: tuple[int, int], levels: Levels = (0.04, 0.4, 0.9, 0.04)) -> Scene:
     """Vertical bars black, grey, white, black: the steps of Kim et al. 2012, Fig. 1.
 
     The second black bar adds the step over the full range, so that the three steps determine
