@@ -1,6 +1,6 @@
 """Edge detection on simulated blurred photos: recall, precision, accuracy and time.
 
-Every scene is a grid of turned rectangles of one colour each on a uniform ground, blurred by
+Every scene is a grid of turned rectangles of one color each on a uniform ground, blurred by
 an asymmetric path, recorded with gamma 2.2, noise and 8 bits. A true edge is found if a good
 edge lies along at least a third of it. Errors are taken against the true line, displaced
 as the blur displaces it: to where the noise-free profile crosses the middle of its sides.

@@ -49,7 +49,7 @@ def test_every_level_of_8_bit_comes_back(curve):
 def test_every_level_of_16_bit_comes_back_within_one(curve):
     photo = np.arange(65536, dtype=np.uint16).reshape(128, 512)
     back = reapply(linearize(photo, curve), curve, np.uint16).astype(int)
-    # Light is kept as float32, in which a steep curve cannot tell neighbouring levels.
+    # Light is kept as float32, in which a steep curve cannot tell neighboring levels.
     assert np.abs(back - photo.astype(int)).max() <= 1
 
 

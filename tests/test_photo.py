@@ -53,14 +53,14 @@ def test_intensity_outside_the_range_is_clipped():
     np.testing.assert_array_equal(wild, [[-0.2, 0.5, 1.7]])
 
 
-def test_alpha_is_no_colour():
+def test_alpha_is_no_color():
     photo = a_photo(np.uint8, (11, 17, 4))
     assert color(photo).shape == (11, 17, 3)
     assert len(planes(photo)) == 3
     np.testing.assert_allclose(luminance(photo), photo[..., :3].mean(axis=2) / 255, atol=1e-6)
 
 
-def test_grey_photo_has_one_plane_and_is_its_luminance():
+def test_gray_photo_has_one_plane_and_is_its_luminance():
     photo = a_photo(np.uint16, (11, 17))
     assert len(planes(photo)) == 1
     np.testing.assert_array_equal(luminance(photo), to_unit(photo))

@@ -28,7 +28,7 @@ def truth():
 
 @pytest.fixture(scope="module")
 def small():
-    """A small photo in colour; odd and unequal sides."""
+    """A small photo in color; odd and unequal sides."""
     return np.random.default_rng(0).random((45, 61, 3))
 
 
@@ -109,7 +109,7 @@ def test_edges_drawn_by_the_user_are_the_ones_used(truth):
     assert len(refine_edges(truth.photo, lines, blur_extent=17)) == len(lines)
 
 
-def test_grey_photos_are_grouped_by_orientation():
+def test_gray_photos_are_grouped_by_orientation():
     scene = slanted_edges((432, 572), seed=3, pitch=140)
     photo = simulate(scene, camera_shake(13, 4), Camera(RESPONSE), seed=5).photo
     from napari_crfdeblur import find_edges

@@ -92,7 +92,7 @@ def test_psnr_ignores_sub_pixel_shifts():
     assert psnr(moved, truth) > 55
 
 
-def test_colour_is_moved_as_a_whole():
+def test_color_is_moved_as_a_whole():
     truth = np.stack([picture(seed=s) for s in range(3)], axis=-1)
     assert psnr(np.roll(truth, (2, 1), axis=(0, 1)), truth) == np.inf
     assert psnr(np.roll(truth, 3, axis=1)[..., ::-1], truth) < 20

@@ -97,7 +97,7 @@ def a_report(**parts):
 
 PARTS = {
     "all": a_report(),
-    "grey, 16 bits": a_report(
+    "gray, 16 bits": a_report(
         photo=a_photo((170, 310), np.uint16), sharp=a_photo((170, 310), np.uint16)
     ),
     "float with alpha": a_report(photo=a_photo((170, 310, 4), np.float32), sharp=None),
@@ -184,7 +184,7 @@ def test_every_stage_has_its_panel(tmp_path):
     assert [p["alt"] for p in parsed(tmp_path / "report.html").pictures] == [
         "Edges",
         "Profiles as recorded",
-        "Profiles linearised",
+        "Profiles linearized",
         "Inverse response",
         "Photo",
         "Deblurred",
@@ -230,7 +230,7 @@ def test_profiles_fall_on_one_another_once_the_response_is_undone(curves):
     np.testing.assert_allclose(profiles[:, [0, -1]] - [0, 1], 0, atol=1e-12)
 
 
-def test_edges_of_one_group_have_one_colour_and_reasons_are_counted():
+def test_edges_of_one_group_have_one_color_and_reasons_are_counted():
     ax = Figure().add_subplot()
     draw_edges(ax, EDGES, [a_group()])
     handles, labels = ax.get_legend_handles_labels()

@@ -122,7 +122,7 @@ def _look_up_levels(curve: ResponseCurve, levels: Image, out: Image) -> None:
     top = np.iinfo(levels.dtype).max
     table = curve.to_irradiance(np.arange(top + 1) / top).astype(np.float32)
     if levels.dtype == np.uint8:
-        # Two neighbours in one look-up: a third less time.
+        # Two neighbors in one look-up: a third less time.
         even = levels.size - levels.size % 2
         pairs = table[np.arange(1 << 16, dtype=np.uint16).view(np.uint8)].view(np.uint64)
         _look_up(pairs, levels[:even].view(np.uint16), out[:even].view(np.uint64))

@@ -52,7 +52,7 @@ def check_photo(photo: Image) -> None:
 
 
 def check_image(image: Image) -> None:
-    """Raise ValueError unless this is a 2-D or colour image of a kind we work with."""
+    """Raise ValueError unless this is a 2-D or color image of a kind we work with."""
     if image.ndim != 2 and not (image.ndim == 3 and image.shape[2] in (3, ALPHA)):
         raise ValueError(f"expected an image (M, N), (M, N, 3) or (M, N, 4), got {image.shape}")
     if image.dtype not in (np.uint8, np.uint16, np.float32, np.float64, np.float16):
@@ -87,7 +87,7 @@ def from_unit(intensity: FloatArray, dtype: DTypeLike) -> Image:
 
 
 def luminance(photo: Image) -> FloatArray:
-    """Mean of the colour channels as intensity in [0, 1], shape (M, N), float32."""
+    """Mean of the color channels as intensity in [0, 1], shape (M, N), float32."""
     if photo.ndim == 2:
         return to_unit(photo).astype(np.float32, copy=False)
     total = np.zeros(photo.shape[:2], dtype=np.float32)

@@ -187,7 +187,7 @@ def profiles_for(
     """Profiles of a photo, in the groups that tell the method most about the response.
 
     Where edges lie between different colors, the channels of each edge are a group that
-    needs no alignment. In a grey photo, in one of grey things, and for one response for each
+    needs no alignment. In a gray photo, in one of gray things, and for one response for each
     channel, the edges of one orientation are.
     """
     if not isinstance(method, ResponseFit) and len(method) != len(planes(photo)):

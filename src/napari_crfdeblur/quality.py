@@ -77,7 +77,7 @@ def psnr(image: Image, truth: Image, *, border: int = 16) -> float:
 def ssim(image: Image, truth: Image, *, border: int = 16) -> float:
     """Structural similarity (Wang et al. 2004) after the best shift; 1 for identical images.
 
-    Parameters are those of :func:`psnr`; colour is the mean over the channels.
+    Parameters are those of :func:`psnr`; color is the mean over the channels.
     """
     a, b = aligned(image, truth, border=border)
     mean_a, mean_b = _smooth(a), _smooth(b)
@@ -123,7 +123,7 @@ def aligned(image: Image, truth: Image, *, border: int = 16) -> tuple[FloatArray
 
 
 def kernel_similarity(a: FloatArray, b: FloatArray) -> float:
-    """Similarity of two PSFs: their greatest normalised cross-correlation over all shifts.
+    """Similarity of two PSFs: their greatest normalized cross-correlation over all shifts.
 
     ``max over s of sum_x a(x) b(x + s) / (|a| |b|)`` (Hu & Yang, ECCV 2012).
 

@@ -192,7 +192,7 @@ def test_a_photo_without_content_is_refused(capsys, photo, advice):
         (-np.ones((3, 3)), "negative"),
         (np.zeros((5, 5)), "zero"),
         (np.full((5, 5), np.nan), "finite"),
-        (np.ones((5, 5, 3)), "greyscale"),
+        (np.ones((5, 5, 3)), "grayscale"),
     ],
     ids=["large", "negative", "zero", "nan", "color"],
 )

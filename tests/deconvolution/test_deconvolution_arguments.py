@@ -25,8 +25,8 @@ PSF = np.ones((3, 5))
         (np.zeros((3, 3)), "zero everywhere"),
         (np.array([[1.0, np.nan]]), "not finite"),
         (np.array([[1.0, np.inf]]), "not finite"),
-        (np.ones((3, 3, 3)), "greyscale"),
-        (np.ones(3), "greyscale"),
+        (np.ones((3, 3, 3)), "grayscale"),
+        (np.ones(3), "grayscale"),
         (np.ones((0, 3)), "empty"),
     ],
 )

@@ -90,7 +90,7 @@ def test_jpeg_keeps_a_smooth_photo_to_a_few_levels(tmp_path, dtype):
     assert np.abs(back.astype(int) - photo).max() <= 5
 
 
-def test_grey_jpeg_stays_grey(tmp_path):
+def test_gray_jpeg_stays_gray(tmp_path):
     write_photo(tmp_path / "a.jpg", smooth(RGB)[..., 0])
     assert read_photo(tmp_path / "a.jpg").shape == GREY
 
@@ -101,7 +101,7 @@ def test_compressed_tiff_is_read(tmp_path, compression):
     options = {"compressionargs": {"level": 98}} if compression == "jpeg" else {}
     options["photometric"] = "rgb"
     tifffile.imwrite(tmp_path / "a.tif", photo, compression=compression, **options)
-    # JPEG is lossy in TIFF, too, and halves the resolution of colour; the rest is exact.
+    # JPEG is lossy in TIFF, too, and halves the resolution of color; the rest is exact.
     limit = 6 if compression == "jpeg" else 0
     assert np.abs(read_photo(tmp_path / "a.tif").astype(int) - photo).max() <= limit
 
@@ -129,7 +129,7 @@ def test_tiff_in_which_white_is_zero_is_not_shown_as_a_negative(tmp_path):
     np.testing.assert_array_equal(read_photo(tmp_path / "a.tif"), photo)
 
 
-def test_palette_tiff_shows_its_colours(tmp_path):
+def test_palette_tiff_shows_its_colors(tmp_path):
     picture = Pillow.fromarray(a_photo(RGB)).quantize(16)
     picture.save(tmp_path / "a.tif")
     shown = np.asarray(picture.convert("RGB"))
@@ -165,7 +165,7 @@ def test_tiff_is_read_upright(tmp_path, orientation):
     np.testing.assert_array_equal(read_photo(tmp_path / "a.tif"), upright)
 
 
-def test_palette_png_shows_its_colours(tmp_path):
+def test_palette_png_shows_its_colors(tmp_path):
     picture = Pillow.fromarray(a_photo(RGB)).quantize(16)
     picture.save(tmp_path / "a.png")
     back = read_photo(tmp_path / "a.png")
@@ -178,7 +178,7 @@ def test_1_bit_png_is_black_and_white(tmp_path):
     np.testing.assert_array_equal(read_photo(tmp_path / "a.png"), mask * np.uint8(255))
 
 
-def test_grey_png_with_alpha_becomes_rgba(tmp_path):
+def test_gray_png_with_alpha_becomes_rgba(tmp_path):
     pair = a_photo((*GREY, 2))
     Pillow.fromarray(pair, mode=None).save(tmp_path / "a.png")
     back = read_photo(tmp_path / "a.png")
@@ -291,7 +291,7 @@ def test_image_of_absurd_size_is_refused_before_it_is_decoded(tmp_path):
 
 
 def camera_photo(path):
-    """A photo on its side with a colour profile and a camera's name; its upright pixels."""
+    """A photo on its side with a color profile and a camera's name; its upright pixels."""
     exif = Pillow.Exif()
     exif[Base.Orientation] = 6
     exif[Base.Make] = "A camera"
@@ -303,7 +303,7 @@ def camera_photo(path):
 
 @pytest.mark.parametrize("source", ["source.jpg", "source.png"])
 @pytest.mark.parametrize("target", ["a.jpg", "a.png"])
-def test_camera_data_and_colour_profile_are_kept_marked_upright(tmp_path, source, target):
+def test_camera_data_and_color_profile_are_kept_marked_upright(tmp_path, source, target):
     photo, profile = camera_photo(tmp_path / source)
     write_photo(tmp_path / target, photo, like=tmp_path / source)
     with Pillow.open(tmp_path / target) as written:

@@ -1,4 +1,4 @@
-"""PSFs in pictures and arrays: scaled, centred, and refused if they are none."""
+"""PSFs in pictures and arrays: scaled, centered, and refused if they are none."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ from napari_crfdeblur.psf import as_psf
 
 
 def a_psf():
-    """An L, with its centre of mass near the middle; no symmetry, sides that differ."""
+    """An L, with its center of mass near the middle; no symmetry, sides that differ."""
     psf = np.zeros((9, 13))
     psf[2:7, 5] = (1.0, 2.0, 3.0, 2.0, 1.0)
     psf[6, 5:9] = (1.0, 1.5, 1.0, 0.5)
@@ -45,14 +45,14 @@ def test_a_psf_is_read_with_its_mass_in_the_middle_and_odd_sides(tmp_path):
     assert np.count_nonzero(psf) == 24
 
 
-def test_colour_picture_with_equal_channels_is_grey(tmp_path):
-    grey = np.rint(a_psf() / a_psf().max() * 255).astype(np.uint8)
-    Pillow.fromarray(grey).save(tmp_path / "grey.png")
-    Pillow.fromarray(np.stack([grey] * 3, axis=2)).save(tmp_path / "rgb.png")
-    rgba = np.stack([*[grey] * 3, np.full_like(grey, 255)], axis=2)
+def test_color_picture_with_equal_channels_is_gray(tmp_path):
+    gray = np.rint(a_psf() / a_psf().max() * 255).astype(np.uint8)
+    Pillow.fromarray(gray).save(tmp_path / "gray.png")
+    Pillow.fromarray(np.stack([gray] * 3, axis=2)).save(tmp_path / "rgb.png")
+    rgba = np.stack([*[gray] * 3, np.full_like(gray, 255)], axis=2)
     Pillow.fromarray(rgba).save(tmp_path / "rgba.png")
     for name in ("rgb.png", "rgba.png"):
-        np.testing.assert_array_equal(read_psf(tmp_path / name), read_psf(tmp_path / "grey.png"))
+        np.testing.assert_array_equal(read_psf(tmp_path / name), read_psf(tmp_path / "gray.png"))
 
 
 @pytest.mark.parametrize(
@@ -90,10 +90,10 @@ def test_a_tiff_that_is_no_psf_is_refused_in_words(tmp_path, values, reason):
         read_psf(tmp_path / "k.tif")
 
 
-def test_a_colour_picture_is_refused(tmp_path):
+def test_a_color_picture_is_refused(tmp_path):
     values = np.random.default_rng(2).integers(0, 256, (7, 9, 3), dtype=np.uint8)
     Pillow.fromarray(values).save(tmp_path / "k.png")
-    with pytest.raises(CrfDeblurError, match=r"k\.png: .*greyscale"):
+    with pytest.raises(CrfDeblurError, match=r"k\.png: .*grayscale"):
         read_psf(tmp_path / "k.png")
 
 

@@ -6,13 +6,13 @@ from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.psf import camera_shake, delta, disk, project
 
 ANGLES = [0.0, 0.3, np.pi / 4, np.pi / 2, 2.0, np.pi, -0.4, -np.pi / 2, -2.5]
-SHAKE = camera_shake(15, 2)[:, 1:-3]  # asymmetric, oblong, off centre
+SHAKE = camera_shake(15, 2)[:, 1:-3]  # asymmetric, oblong, off center
 SHAKE = SHAKE / SHAKE.sum()
 REACH = 26
 
 
 def slanted_step(angle: float, fine: int = 32) -> tuple[FloatArray, FloatArray]:
-    """Distances of pixel centres from an edge, and the light that each pixel's area gets."""
+    """Distances of pixel centers from an edge, and the light that each pixel's area gets."""
     rows, columns = np.indices((2 * REACH + 1,) * 2) - REACH
     distance = np.sin(angle) * rows + np.cos(angle) * columns
     within = (np.arange(fine) + 0.5) / fine - 0.5

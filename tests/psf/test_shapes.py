@@ -22,14 +22,14 @@ SHAPES = {
 
 
 def moments(psf: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Centroid relative to the centre pixel, and covariance, in (row, column)."""
+    """Centroid relative to the center pixel, and covariance, in (row, column)."""
     at = np.indices(psf.shape).reshape(2, -1) - np.array(psf.shape)[:, None] // 2
     mean = at @ psf.ravel()
     return mean, (at * psf.ravel()) @ at.T - np.outer(mean, mean)
 
 
 @pytest.mark.parametrize("psf", SHAPES.values(), ids=SHAPES)
-def test_a_shape_is_a_centred_psf(psf: FloatArray) -> None:
+def test_a_shape_is_a_centered_psf(psf: FloatArray) -> None:
     assert psf.dtype == np.float64
     assert all(side % 2 == 1 for side in psf.shape)
     assert psf.min() >= 0

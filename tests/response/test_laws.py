@@ -104,7 +104,7 @@ def test_input_is_not_modified(curve):
         lambda: GeneralizedGamma((0.5,)),
         lambda: Emor((0.2, 0.1)),
     ],
-    ids=["identity", "srgb", "gamma", "polynomial", "generalised gamma", "emor"],
+    ids=["identity", "srgb", "gamma", "polynomial", "generalized gamma", "emor"],
 )
 def test_curves_given_by_numbers_compare_and_hash_by_them(make):
     assert make() == make()

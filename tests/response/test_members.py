@@ -35,16 +35,16 @@ def test_emor_basis_is_orthonormal():
 
 
 def test_srgb_has_the_known_values():
-    # IEC 61966-2-1: middle grey 0.5 is 0.2140 in linear light, code 188 about one half.
+    # IEC 61966-2-1: middle gray 0.5 is 0.2140 in linear light, code 188 about one half.
     assert SRGB().to_irradiance(0.5) == pytest.approx(0.21404114, abs=1e-7)
     assert SRGB().to_intensity(0.5) * 255 == pytest.approx(187.516, abs=1e-3)
     assert SRGB().to_intensity(0.002) == pytest.approx(12.92 * 0.002, abs=1e-12)
 
 
-def test_one_coefficient_of_the_generalised_gamma_is_a_gamma():
+def test_one_coefficient_of_the_generalized_gamma_is_a_gamma():
     image = np.linspace(0, 1, 77)
-    generalised = GeneralizedGamma((1 / 2.2,)).to_intensity(image)
-    np.testing.assert_allclose(generalised, Gamma(2.2).to_intensity(image), atol=1e-12)
+    generalized = GeneralizedGamma((1 / 2.2,)).to_intensity(image)
+    np.testing.assert_allclose(generalized, Gamma(2.2).to_intensity(image), atol=1e-12)
 
 
 def test_square_root_is_a_polynomial_inverse():

@@ -12,7 +12,7 @@ from napari_crfdeblur.simulate.truth import clean_edges
 SCENES = {
     "steps": lambda: step_image((60, 90)),
     "slanted": lambda: slanted_edges((170, 220), seed=4, pitch=80),
-    "slanted in colour": lambda: slanted_edges((170, 220), seed=4, pitch=80, channels=3),
+    "slanted in color": lambda: slanted_edges((170, 220), seed=4, pitch=80, channels=3),
     "street": lambda: street((240, 360), seed=2),
 }
 
@@ -71,7 +71,7 @@ def test_steps_determine_a_response():
     assert np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)[1] > 0.1
 
 
-def test_street_has_long_edges_between_colours_in_several_directions():
+def test_street_has_long_edges_between_colors_in_several_directions():
     edges = street((300, 450), seed=0).edges
     lengths = [Edge(e.line.start, e.line.end).length for e in edges]
     angles = {round(Edge(e.line.start, e.line.end).orientation, 1) for e in edges}
@@ -79,7 +79,7 @@ def test_street_has_long_edges_between_colours_in_several_directions():
     assert max(lengths) > 100
     assert len(angles) > 5
     steps = np.array([np.subtract(e.after, e.before) for e in edges])
-    # A colour edge whose channels step unlike each other.
+    # A color edge whose channels step unlike each other.
     assert np.ptp(steps, axis=1).max() > 0.3
 
 
@@ -121,7 +121,7 @@ def test_a_hole_is_left_out():
     assert share[3, 3] == 0
 
 
-def test_pixel_centres_lie_at_whole_numbers():
+def test_pixel_centers_lie_at_whole_numbers():
     canvas = np.zeros((5, 6), dtype=np.float32)
     paint(canvas, [[(0.5, 1.5), (0.5, 3.5), (2.5, 3.5), (2.5, 1.5)]], 1.0)
     assert canvas[1:3, 2:4].min() == 1
@@ -152,7 +152,7 @@ def test_sides_of_an_edge_follow_its_normal():
 def test_only_the_clean_part_of_a_line_is_kept():
     linear = np.full((60, 80, 3), 0.2, dtype=np.float32)
     linear[:, 40:] = (0.3, 0.6, 0.2)
-    linear[:20, 45:50] = 0.9  # a neighbour beside the upper third
+    linear[:20, 45:50] = 0.9  # a neighbor beside the upper third
     line = Line((0.0, 39.5), (59.0, 39.5))
     (edge,) = clean_edges(linear, [line], reach=8)
     rows = sorted((edge.line.start[0], edge.line.end[0]))

@@ -19,7 +19,7 @@ class EdgeStatus(Enum):
     NOT_MONOTONE = "the profile does not rise or fall steadily across the edge"
     CURVED = "not straight"
     VARIES = "the profile changes along the edge"
-    CHANNELS_DISAGREE = "the colour channels disagree about where the edge is"
+    CHANNELS_DISAGREE = "the color channels disagree about where the edge is"
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +52,7 @@ class Edge:
     Parameters
     ----------
     start, end : (float, float)
-        End points, (row, column) in pixels, pixel centres at whole numbers.
+        End points, (row, column) in pixels, pixel centers at whole numbers.
     polarity : int
         +1 if the intensity rises along :attr:`normal`, -1 if it falls, 0 if unknown.
     width : float

@@ -43,12 +43,12 @@ def refit(image: Image, frame: Frame, blur_extent: float) -> Frame | None:
         return None
     along, profiles = found
     shift = matched(profiles, profiles.mean(axis=0))
-    usable = np.abs(shift) < 0.3 * blur_extent + 1  # beyond, the linearisation says nothing
+    usable = np.abs(shift) < 0.3 * blur_extent + 1  # beyond, the linearization says nothing
     return frame.moved(*fit_line(along, shift, usable.astype(float)))
 
 
 def signal(strip: Strip) -> FloatArray:
-    """Intensity along the colour in which the two sides differ most, shape (T, D).
+    """Intensity along the color in which the two sides differ most, shape (T, D).
 
     The weights of the channels are their differences between the sides, scaled so that their
     sizes sum to 1: contrast in opposite directions adds instead of cancelling.

@@ -97,7 +97,7 @@ def block_sums(plane: Image, step: int) -> FloatArray:
 
 
 def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
-    """Ridge of the colour gradient (Di Zenzo 1986) of a smoothed picture (M, N, C)."""
+    """Ridge of the color gradient (Di Zenzo 1986) of a smoothed picture (M, N, C)."""
     shape = picture.shape[:2]
     rr, rc, cc = (np.zeros(shape, dtype=np.float32) for _ in range(3))
     for i in range(picture.shape[2]):
@@ -107,7 +107,7 @@ def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
         rc += by_row * by_column
         cc += by_column**2
     square = (rr + cc + np.sqrt((rr - cc) ** 2 + 4 * rc**2)) / 2
-    # A pixel border is left out, so that every ridge pixel has neighbours.
+    # A pixel border is left out, so that every ridge pixel has neighbors.
     r, c = np.nonzero(square[1:-1, 1:-1] > threshold**2)
     r, c = r + 1, c + 1
     angle = 0.5 * np.arctan2(2 * rc[r, c], cc[r, c] - rr[r, c]) % np.pi
@@ -204,6 +204,6 @@ def continues(line: FloatArray, others: FloatArray, gap: float) -> BoolArray:
 
 
 def scaled(line: FloatArray, step: int) -> Line:
-    """The line in pixels of the photo; pixel centres of both are at whole numbers."""
+    """The line in pixels of the photo; pixel centers of both are at whole numbers."""
     (r0, c0), (r1, c1) = (line * step + (step - 1) / 2).tolist()
     return Line((r0, c0), (r1, c1))

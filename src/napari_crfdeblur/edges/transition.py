@@ -75,7 +75,7 @@ class Transition:
         return slice(self.last, self.last + self.flat + 1)
 
     def rising(self) -> FloatArray:
-        """The profile projected on the colour difference, from 0 to 1, shape (D,)."""
+        """The profile projected on the color difference, from 0 to 1, shape (D,)."""
         start, end = self.sides @ self.weights
         scaled: FloatArray = (self.profile @ self.weights - start) / max(end - start, 1e-12)
         return scaled
@@ -145,7 +145,7 @@ def slope_limit(mean: FloatArray, peak: int, flat: int, blur_extent: float) -> f
 
 
 def row_noise(projected: FloatArray) -> float:
-    """Standard deviation of a sample, from the differences of neighbouring rows."""
+    """Standard deviation of a sample, from the differences of neighboring rows."""
     difference = np.diff(projected, axis=0)
     difference = difference[np.isfinite(difference)]
     if difference.size == 0:

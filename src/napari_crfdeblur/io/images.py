@@ -77,7 +77,7 @@ def write_photo(path: Path, photo: Image, like: Path | None = None) -> None:
         uint8, uint16 or float32. Floats are kept in TIFF, and become 16 bits in PNG, 8 in
         JPEG; JPEG drops an alpha channel.
     like : Path, optional
-        Photo whose colour profile and camera data go into a JPEG or an 8-bit PNG.
+        Photo whose color profile and camera data go into a JPEG or an 8-bit PNG.
     """
     check_output(path, WRITABLE)
     with replacing(path) as temporary:
@@ -133,7 +133,7 @@ def _supported(path: Path, pixels: Image) -> Image:
     """The pixels as a photo, or a sentence that says why they are none."""
     if pixels.ndim == 3 and pixels.shape[2] == 1:
         pixels = pixels[..., 0]
-    if pixels.ndim == 3 and pixels.shape[2] == 2:  # grey with alpha
+    if pixels.ndim == 3 and pixels.shape[2] == 2:  # gray with alpha
         pixels = np.concatenate([np.repeat(pixels[..., :1], 3, axis=2), pixels[..., 1:]], axis=2)
     if (
         pixels.size == 0
@@ -142,7 +142,7 @@ def _supported(path: Path, pixels: Image) -> Image:
     ):
         raise CrfDeblurError(
             f"{path}: an image of shape {pixels.shape} is not supported; "
-            "use a greyscale or RGB photo, one slice at a time"
+            "use a grayscale or RGB photo, one slice at a time"
         )
     if pixels.dtype == np.bool_:
         return pixels.astype(np.uint8) * 255
@@ -185,7 +185,7 @@ def _write_pillow(path: Path, photo: Image, like: Path | None) -> None:
 
 
 def _camera_data(like: Path | None) -> dict[str, Any]:
-    """Colour profile and EXIF data of a file, marked upright; nothing for a TIFF or None."""
+    """Color profile and EXIF data of a file, marked upright; nothing for a TIFF or None."""
     from PIL import Image as Pillow
     from PIL.ExifTags import Base
 

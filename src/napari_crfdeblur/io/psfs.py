@@ -16,12 +16,12 @@ SUFFIXES = (".png", *TIFF, ".npy")
 
 
 def read_psf(path: Path) -> FloatArray:
-    """Read a PSF: scaled to sum 1, padded to odd sides, its centre of mass in the middle.
+    """Read a PSF: scaled to sum 1, padded to odd sides, its center of mass in the middle.
 
     Parameters
     ----------
     path : Path
-        Greyscale PNG or TIFF (colour with equal channels passes), or NPY; any size.
+        Grayscale PNG or TIFF (color with equal channels passes), or NPY; any size.
 
     Returns
     -------
@@ -31,7 +31,7 @@ def read_psf(path: Path) -> FloatArray:
     Raises
     ------
     CrfDeblurError
-        Missing, unreadable, in colour, negative, not finite or all zero.
+        Missing, unreadable, in color, negative, not finite or all zero.
     """
     check_input(path)
     values = _read_array(path) if path.suffix.lower() == ".npy" else _read_picture(path)

@@ -14,7 +14,7 @@ LARGEST = 1 << 30  # samples; more are asked for only by a damaged header
 
 
 def read_tiff(path: Path) -> Image:
-    """Read the first page: channels last, colours instead of a palette, black 0, upright.
+    """Read the first page: channels last, colors instead of a palette, black 0, upright.
 
     Raises
     ------
@@ -34,7 +34,7 @@ def read_tiff(path: Path) -> Image:
         if page.photometric == tifffile.PHOTOMETRIC.MINISWHITE:
             pixels = 1 - pixels if pixels.dtype.kind == "f" else ~pixels
         if page.photometric == tifffile.PHOTOMETRIC.PALETTE and page.colormap is not None:
-            # 16 bits for each colour, of which palettes use the upper 8.
+            # 16 bits for each color, of which palettes use the upper 8.
             pixels = np.moveaxis(page.colormap[:, pixels] >> 8, 0, -1).astype(np.uint8)
         return upright(pixels, page.tags.valueof("Orientation", default=1))
 

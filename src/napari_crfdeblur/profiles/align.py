@@ -92,7 +92,7 @@ class EndPoints(Alignment):
 
 @dataclass(frozen=True, slots=True)
 class CommonShape(Alignment):
-    """Shifts under which the profiles, roughly linearised, agree from end to end.
+    """Shifts under which the profiles, roughly linearized, agree from end to end.
 
     Level `q` is reached at ``x_jq = c_q + shift_j``: least squares over shifts and the common
     shape `c`. The gamma of the rough inverse response is the one, of a few and the same for

@@ -11,7 +11,7 @@ from .._typing import FloatArray
 
 @dataclass(frozen=True, slots=True)
 class ProfileSource:
-    """Where a profile was taken: photo and edge by their number, channel (0 if grey)."""
+    """Where a profile was taken: photo and edge by their number, channel (0 if gray)."""
 
     image: int
     edge: int
@@ -95,6 +95,6 @@ class ProfileGroup:
 
 
 def of_channel(groups: Sequence[ProfileGroup], channel: int) -> list[ProfileGroup]:
-    """Only the profiles of one colour channel; groups left empty are dropped."""
+    """Only the profiles of one color channel; groups left empty are dropped."""
     masks = [np.array([s.channel == channel for s in g.sources], dtype=bool) for g in groups]
     return [g.select(mask) for g, mask in zip(groups, masks, strict=True) if mask.any()]

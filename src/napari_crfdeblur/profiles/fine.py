@@ -13,7 +13,7 @@ from ..photo import full_scale, planes
 # one, a profile bends so little that only the mean distance of its pixels matters.
 BIN = 1 / 12
 # Half-width of the local fits, in units of the largest gap between the distances at which
-# there are pixels: 3 of them lie within, wherever the fit is centred. Along an edge that runs
+# there are pixels: 3 of them lie within, wherever the fit is centered. Along an edge that runs
 # along the pixel grid the gap is a pixel; a slanted edge has pixels at nearly any distance.
 HALF = 1.75
 NARROWEST = 0.8  # half-width in pixels: less would only bring noise
@@ -60,7 +60,7 @@ class Fit:
 
 
 def gather(image: Image, frame: Frame, reach: float, half: float) -> FineProfile:
-    """All pixels whose centres project onto an edge, out to `reach` pixels from it.
+    """All pixels whose centers project onto an edge, out to `reach` pixels from it.
 
     They are gathered for local fits of half-width `half`.
     """

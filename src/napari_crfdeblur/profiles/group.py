@@ -69,10 +69,10 @@ class ByPolarity(Grouping):
 
 @dataclass(frozen=True, slots=True)
 class ByEdge(Grouping):
-    """Each edge by itself: its colour channels are the rows of one group.
+    """Each edge by itself: its color channels are the rows of one group.
 
     Channels of one edge need no alignment with each other and see the very same blur. An edge
-    between two colours spans a different range in each channel; a grey edge tells nothing.
+    between two colors spans a different range in each channel; a gray edge tells nothing.
     """
 
     tolerance: float = field(default=radians(3))

@@ -24,7 +24,7 @@ SAMPLES = 40  # across a transition, unless that is finer than half a pixel
 class Channels(Enum):
     """Which intensities are sampled."""
 
-    SEPARATE = "one profile for each colour channel"
+    SEPARATE = "one profile for each color channel"
     LUMINANCE = "one profile of the mean of the channels"
 
 

@@ -28,7 +28,7 @@ class PsfEstimate:
     ----------
     psf : ndarray, shape (H, W)
         Non-negative, sum 1, both sides odd, in (row, column) pixels; the blurred image is
-        the convolution of the sharp one with it, and its centre pixel is the origin.
+        the convolution of the sharp one with it, and its center pixel is the origin.
     status : PsfStatus
         How far it can be trusted.
     diagnostics : dict of str to float
@@ -62,8 +62,8 @@ def estimating_psf(linear: FloatArray, method: PsfEstimator) -> Job[PsfEstimate]
         raise CrfDeblurError(
             "the image has pixels that are not finite (NaN or infinity); replace them first"
         )
-    grey = linear if linear.ndim == 2 else linear[..., :3].mean(axis=2)
-    return (yield from method.run(np.asarray(grey, dtype=np.float32)))
+    gray = linear if linear.ndim == 2 else linear[..., :3].mean(axis=2)
+    return (yield from method.run(np.asarray(gray, dtype=np.float32)))
 
 
 def estimate_psf(linear: FloatArray, method: PsfEstimator) -> PsfEstimate:
@@ -72,7 +72,7 @@ def estimate_psf(linear: FloatArray, method: PsfEstimator) -> PsfEstimate:
     Parameters
     ----------
     linear : ndarray, shape (M, N) or (M, N, 3)
-        Relative irradiance in [0, 1]; colour is averaged.
+        Relative irradiance in [0, 1]; color is averaged.
     method : PsfEstimator
         For example :class:`~napari_crfdeblur.psf.XuJia`.
 
@@ -101,12 +101,12 @@ def as_psf(values: ArrayLike) -> FloatArray:
     Raises
     ------
     CrfDeblurError
-        Colour, negative, not finite or all zero.
+        Color, negative, not finite or all zero.
     """
     psf = np.asarray(values, dtype=np.float64)
     if psf.ndim != 2:
         raise CrfDeblurError(
-            f"the PSF has shape {psf.shape}; give a greyscale picture with rows and columns"
+            f"the PSF has shape {psf.shape}; give a grayscale picture with rows and columns"
         )
     if psf.size == 0 or not np.isfinite(psf).all():
         raise CrfDeblurError("the PSF is empty or has values that are not finite; mend it first")
@@ -119,9 +119,9 @@ def as_psf(values: ArrayLike) -> FloatArray:
 
 
 def centered(psf: FloatArray) -> FloatArray:
-    """Pad a PSF with zeros so that its centre of mass falls on its centre pixel.
+    """Pad a PSF with zeros so that its center of mass falls on its center pixel.
 
-    A PSF that is off centre shifts the deblurred picture; nothing of it is cut off.
+    A PSF that is off center shifts the deblurred picture; nothing of it is cut off.
 
     Parameters
     ----------

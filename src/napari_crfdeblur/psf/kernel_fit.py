@@ -29,7 +29,7 @@ class KernelFit:
     transfer : ndarray
         Half spectrum of the autocorrelation ``a`` of `s`, on a small grid.
     correlation : ndarray, shape (S, S)
-        ``sum_x s(x) b(x + u)``, with the shift 0 at the centre pixel.
+        ``sum_x s(x) b(x + u)``, with the shift 0 at the center pixel.
     energy : float
         ``|b|^2``.
     """

@@ -27,7 +27,7 @@ def project(psf: FloatArray, angle: float, positions: ArrayLike) -> FloatArray:
     Parameters
     ----------
     psf : ndarray, shape (H, W)
-        Non-negative, sum 1, both sides odd; the centre pixel is the origin.
+        Non-negative, sum 1, both sides odd; the center pixel is the origin.
     angle : float
         Of the normal, in radians from the column axis towards the row axis.
     positions : array_like
@@ -40,8 +40,8 @@ def project(psf: FloatArray, angle: float, positions: ArrayLike) -> FloatArray:
     """
     normal = np.array([np.sin(angle), np.cos(angle)])
     rows, columns = np.nonzero(psf)
-    centre = np.array(psf.shape) // 2
-    offsets = normal @ (np.stack([rows, columns]) - centre[:, None])
+    center = np.array(psf.shape) // 2
+    offsets = normal @ (np.stack([rows, columns]) - center[:, None])
     distances = np.asarray(positions, dtype=np.float64)[..., None] - offsets
     return np.asarray(project_pixel(distances, normal) @ psf[rows, columns])
 

@@ -1,7 +1,7 @@
 """Point spread functions given by a formula: motion, defocus, Gaussian, camera shake.
 
 Every function returns a PSF as an array, shape (H, W): float64, non-negative, sum 1, both
-sides odd, centroid on the centre pixel. Lengths are in pixels; angles are in radians from the
+sides odd, centroid on the center pixel. Lengths are in pixels; angles are in radians from the
 column axis towards the row axis.
 """
 
@@ -101,14 +101,14 @@ def render(path: FloatArray, weights: FloatArray, size: int = 1) -> FloatArray:
     Parameters
     ----------
     path : ndarray, shape (N, 2)
-        Points in (row, column), pixels; their centroid comes to lie on the centre pixel.
+        Points in (row, column), pixels; their centroid comes to lie on the center pixel.
     weights : ndarray, shape (N,)
         Time spent at each point, non-negative.
     size : int
         Smallest side of the array; it grows to hold the path.
     """
     path = path - np.average(path, axis=0, weights=weights)
-    # The tolerance keeps a path that ends on a pixel's centre from needing one pixel more.
+    # The tolerance keeps a path that ends on a pixel's center from needing one pixel more.
     half = np.maximum(np.ceil(np.abs(path).max(axis=0) - 1e-9).astype(int), size // 2)
     rows, columns = (2 * half + 1).tolist()
     psf = np.zeros((rows, columns))

@@ -60,8 +60,9 @@ class XuJia(PsfEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; too small cuts the PSF, up to
         twice too large does little harm.
     region : int
-        Longest side in pixels of the part of the picture that is used; of larger ones the
-        most informative square is taken (:func:`~.region.informative_region`).
+        Longest side in pixels of the part of the picture that is used, or three PSF sizes if
+        that is more; of larger pictures the most informative square is taken
+        (:func:`~.region.informative_region`).
     """
 
     size: int = 31
@@ -70,10 +71,8 @@ class XuJia(PsfEstimator):
     def __post_init__(self) -> None:
         if self.size < 3 or self.size % 2 == 0:
             raise ValueError(f"expected an odd PSF size of at least 3, got {self.size}")
-        if self.region < 3 * self.size:
-            raise ValueError(
-                f"expected a region of at least three PSF sizes, {3 * self.size}, got {self.region}"
-            )
+        if self.region < 1:
+            raise ValueError(f"expected a region of at least 1 pixel, got {self.region}")
 
     def run(self, linear: FloatArray) -> Job[PsfEstimate]:
         """Long job: estimate the PSF of a linear image of shape (M, N) in [0, 1]."""
@@ -83,7 +82,9 @@ class XuJia(PsfEstimator):
                 f"find a PSF of {self.size} pixels in it: three times the PSF is needed; "
                 "choose a smaller PSF size or a larger image"
             )
-        plane = np.asarray(informative_region(linear, self.region, self.size), np.float32)
+        plane = np.asarray(
+            informative_region(linear, max(self.region, 3 * self.size), self.size), np.float32
+        )
         plane = plane / np.float32(contrast(plane))
         psf = yield from self._initialized(plane)
         psf, figures = yield from self._refined(plane, psf)
@@ -142,7 +143,7 @@ def cleaned(psf: FloatArray, least: float) -> FloatArray:
 
 
 def recentered(psf: FloatArray) -> FloatArray:
-    """Shift a PSF by whole pixels within its array so that its centroid is at the centre."""
+    """Shift a PSF by whole pixels within its array so that its centroid is at the center."""
     centroid = np.array(ndimage.center_of_mass(psf))
     moved = ndimage.shift(psf, np.array(psf.shape) // 2 - np.rint(centroid), order=0)
     return np.asarray(moved / moved.sum())
@@ -166,7 +167,7 @@ def _range(plane: FloatArray) -> float:
 
 
 def _resized(plane: FloatArray, shape: Shape) -> FloatArray:
-    """Resample linearly, without aliasing: the sides of pixels, not their centres, match."""
+    """Resample linearly, without aliasing: the sides of pixels, not their centers, match."""
     factors = np.divide(shape, plane.shape)
     smooth = ndimage.gaussian_filter(plane, np.maximum(1 / factors - 1, 0) / 2)
     return np.asarray(ndimage.zoom(smooth, factors, order=1, grid_mode=True, mode="nearest"))

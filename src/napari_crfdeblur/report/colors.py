@@ -1,4 +1,4 @@
-"""Colours that the colour-blind can tell apart, and that print (Okabe & Ito 2008)."""
+"""Colors that the color-blind can tell apart, and that print (Okabe & Ito 2008)."""
 
 GROUPS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9")
 OTHERS = "#333333"

@@ -119,7 +119,7 @@ def _of_groups(report: Report) -> dict[str, str]:
     if len(largest) >= 2:
         rows["their spread, as recorded"] = f"{spread(largest):.1%} of the range"
         if report.curves:
-            rows["their spread, linearised"] = f"{spread(largest, report.curves):.1%} of the range"
+            rows["their spread, linearized"] = f"{spread(largest, report.curves):.1%} of the range"
     return rows
 
 
@@ -157,7 +157,7 @@ def normalized(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> Flo
 
 
 def spread(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> float:
-    """Distance of normalised profiles from their median: root mean square of the middle row.
+    """Distance of normalized profiles from their median: root mean square of the middle row.
 
     The middle one of all rows, since a few faint edges, whose noise is scaled up most, would
     hide what the others show.

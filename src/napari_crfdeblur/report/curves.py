@@ -40,7 +40,7 @@ def draw_profiles(ax: "Axes", group: ProfileGroup, curves: Sequence[ResponseCurv
     low, high = float(middles.min()), float(middles.max())
     places = (middles - low) / max(high - low, 1e-9)
     rows = [np.column_stack([group.position, profile]) for profile in profiles]
-    # The yellow end of the colour map is too faint on white.
+    # The yellow end of the color map is too faint on white.
     ax.add_collection(
         LineCollection(rows, colors=shades(0.88 * places), linewidths=0.8, alpha=0.85)
     )

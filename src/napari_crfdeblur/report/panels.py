@@ -63,7 +63,7 @@ def curve_panels(report: Report) -> list[Panel]:
         found.append(_profiles("Profiles as recorded", group))
         if report.curves:
             draw = partial(draw_profiles, group=group, curves=report.curves)
-            found.append(Panel("Profiles linearised", 1.0, draw, AXES))
+            found.append(Panel("Profiles linearized", 1.0, draw, AXES))
     if report.responses:
         draw = partial(draw_response, responses=report.responses, references=report.references)
         found.append(Panel("Inverse response", 1.0, draw, AXES))

@@ -111,14 +111,14 @@ def detail(photo: Image, sharp: Image) -> tuple[slice, slice] | None:
 
 
 def frame(ax: "Axes") -> None:
-    """A thin grey line around the axes."""
+    """A thin gray line around the axes."""
     ax.spines[:].set(linewidth=0.5, color=PALE)
 
 
 def _lines(
     ax: "Axes", edges: Sequence[Edge], shade: str, label: str, *, width: float = 1.6
 ) -> None:
-    """Edges in one colour, cased in white so that they stand out on any photo."""
+    """Edges in one color, cased in white so that they stand out on any photo."""
     from matplotlib.collections import LineCollection
     from matplotlib.patheffects import withStroke
 

@@ -1,4 +1,4 @@
-"""Responses given by a formula: identity, gamma, sRGB, polynomial, generalised gamma."""
+"""Responses given by a formula: identity, gamma, sRGB, polynomial, generalized gamma."""
 
 from dataclasses import dataclass
 
@@ -98,7 +98,7 @@ class Polynomial(ResponseCurve):
         object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
         if not self.coefficients or not np.isfinite(self.coefficients).all():
             raise ValueError(f"expected finite coefficients, got {self.coefficients}")
-        if abs(sum(self.coefficients) - 1) > 1e-9:  # rounding of a normalised sum
+        if abs(sum(self.coefficients) - 1) > 1e-9:  # rounding of a normalized sum
             raise ValueError(f"expected coefficients that sum to 1, got {sum(self.coefficients)}")
         if np.any(np.diff(self._inverse(CHECKED)) <= 0):
             raise ValueError("expected coefficients of a strictly increasing polynomial")
@@ -119,7 +119,7 @@ class Polynomial(ResponseCurve):
 
 @dataclass(frozen=True, slots=True)
 class GeneralizedGamma(ResponseCurve):
-    """Generalised gamma: ``g(I) = I^(1 / P(I))``, ``P(I) = p_0 + p_1 I + ... + p_n I^n``.
+    """Generalized gamma: ``g(I) = I^(1 / P(I))``, ``P(I) = p_0 + p_1 I + ... + p_n I^n``.
 
     The g-form of Ng, Chang & Tsui, CVPR 2007; one coefficient is a plain gamma.
 

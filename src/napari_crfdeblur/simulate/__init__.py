@@ -1,4 +1,4 @@
-"""The path run forwards: scene, blur, response, noise, quantisation."""
+"""The path run forwards: scene, blur, response, noise, quantization."""
 
 from .camera import Camera, Simulated, simulate
 from .profiles import ProfileCase, random_profiles

@@ -1,4 +1,4 @@
-"""From a scene to a photo: blur, noise, response, quantisation, compression."""
+"""From a scene to a photo: blur, noise, response, quantization, compression."""
 
 from dataclasses import dataclass
 from io import BytesIO
@@ -33,7 +33,7 @@ class Camera:
     bits : int or None
         8 or 16; None records float32 without rounding.
     jpeg : int or None
-        Quality, 1 to 100, of JPEG compression (colour at half resolution); 8 bits only.
+        Quality, 1 to 100, of JPEG compression (color at half resolution); 8 bits only.
     """
 
     response: ResponseCurve
@@ -61,7 +61,7 @@ class Camera:
 
     @property
     def step(self) -> float:
-        """Difference between two neighbouring recorded intensities; 0 without rounding."""
+        """Difference between two neighboring recorded intensities; 0 without rounding."""
         return 0.0 if self.bits is None else 1 / (2**self.bits - 1)
 
     def expose(self, irradiance: FloatArray, rng: np.random.Generator) -> Image:

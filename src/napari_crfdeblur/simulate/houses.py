@@ -91,7 +91,7 @@ def corner_building(wall: Surface, rng: Generator) -> None:
 
 
 def poster(wall: Surface, box: Box, design: Sequence[str]) -> None:
-    """A poster: coloured sheet, sun, hill, title and lines of small print."""
+    """A poster: colored sheet, sun, hill, title and lines of small print."""
     paper, ink, spot, title = design
     sheet = wall.panel(box, paper)
     angles = np.linspace(0, tau, 60, endpoint=False)

@@ -16,7 +16,7 @@ Box = tuple[float, float, float, float]
 
 
 def light_of(color: str) -> FloatArray:
-    """Linear light of a colour as designers write it, '#rrggbb' in sRGB: shape (3,)."""
+    """Linear light of a color as designers write it, '#rrggbb' in sRGB: shape (3,)."""
     return SRGB().to_irradiance([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
 
 
@@ -34,7 +34,7 @@ class Surface:
         Where top left, top right, bottom right and bottom left lie: (row, column) as shares
         of the canvas.
     light : float
-        Illumination, which multiplies every colour.
+        Illumination, which multiplies every color.
     lines : list of Line
         Collects the sides of every :meth:`facet`, in pixels.
     """

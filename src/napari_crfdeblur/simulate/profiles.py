@@ -59,7 +59,7 @@ class ProfileCase:
         Share of the profiles that fall from bright to dark.
     bad : float
         Share of the profiles whose shape is not that of their group: a soft edge, a
-        neighbouring edge or an uneven side.
+        neighboring edge or an uneven side.
     """
 
     groups: int = 1
@@ -193,7 +193,7 @@ def _soft(rng: Generator, position: FloatArray, displacement: FloatArray) -> Flo
     return edge_shape(position, np.add.outer(displacement, ramp).ravel())
 
 
-def _neighbour(rng: Generator, position: FloatArray, displacement: FloatArray) -> FloatArray:
+def _neighbor(rng: Generator, position: FloatArray, displacement: FloatArray) -> FloatArray:
     """A second edge reaches into the profile at one end."""
     end = rng.choice([-1, 1]) * rng.uniform(0.35, 0.6) * position.size
     step = rng.uniform(-0.3, 0.3)
@@ -207,7 +207,7 @@ def _uneven(rng: Generator, position: FloatArray, displacement: FloatArray) -> F
     return np.asarray(edge_shape(position, displacement) + rng.uniform(-0.3, 0.3) * side)
 
 
-FLAWS = (_soft, _neighbour, _uneven)
+FLAWS = (_soft, _neighbor, _uneven)
 
 
 def _averaged(

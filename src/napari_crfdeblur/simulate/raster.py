@@ -26,7 +26,7 @@ def paint(
     canvas : ndarray, shape (M, N) or (M, N, C)
         Linear irradiance, modified in place.
     outlines : sequence of array_like, shape (V, 2)
-        Closed polygons, (row, column) pixels, pixel centres at whole numbers; a hole is an
+        Closed polygons, (row, column) pixels, pixel centers at whole numbers; a hole is an
         outline that runs the other way round than the outline that it lies in.
     value : array_like, shape () or (C,)
         Irradiance of the shape.

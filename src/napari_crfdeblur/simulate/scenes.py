@@ -82,7 +82,7 @@ def edge_between(
 
 
 def step_image(shape: tuple[int, int], levels: Levels = (0.04, 0.4, 0.9, 0.04)) -> Scene:
-    """Vertical bars black, grey, white, black: the steps of Kim et al. 2012, Fig. 1.
+    """Vertical bars black, gray, white, black: the steps of Kim et al. 2012, Fig. 1.
 
     The second black bar adds the step over the full range, so that the three steps determine
     a response.
@@ -113,7 +113,7 @@ def slanted_edges(
 
     Every field and every rectangle has its own brightness, at least 0.2 apart in each
     channel, so that dark sides, bright sides and ranges all differ; with 3 channels each edge
-    lies between two different colours.
+    lies between two different colors.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def slanted_edges(
     pitch : float
         Side of a field in pixels; a blur of up to 0.17 pitch leaves clean sides.
     channels : int
-        1 for a grey scene, 3 for colour.
+        1 for a gray scene, 3 for color.
     """
     if channels not in (1, 3):
         raise ValueError(f"expected 1 or 3 channels, got {channels}")
@@ -162,7 +162,7 @@ def _tilted(rng: np.random.Generator, half: float) -> FloatArray:
 
 
 def _two_levels(rng: np.random.Generator, channels: int) -> tuple[FloatArray, FloatArray]:
-    """Two colours, each shape (C,), that are at least 0.2 apart in every channel."""
+    """Two colors, each shape (C,), that are at least 0.2 apart in every channel."""
     first = rng.uniform(0.02, 0.98, size=channels)
     second = rng.uniform(0.02, 0.98, size=channels)
     while np.any(np.abs(second - first) < 0.2):

@@ -1,4 +1,4 @@
-"""A colourful street in linear light: windows, posters, lettering, bricks and leaves."""
+"""A colorful street in linear light: windows, posters, lettering, bricks and leaves."""
 
 from math import tau
 
@@ -19,7 +19,7 @@ WHOLE = ((0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0))  # the picture itself a
 def street(shape: tuple[int, int], *, seed: int = 0) -> Scene:
     """A street corner by daylight, in perspective.
 
-    Long straight edges of many directions lie between areas of different colours, with
+    Long straight edges of many directions lie between areas of different colors, with
     lettering, window bars, brickwork and foliage beside them.
 
     Parameters
@@ -27,7 +27,7 @@ def street(shape: tuple[int, int], *, seed: int = 0) -> Scene:
     shape : (int, int)
         Rows and columns; a picture of 3 to 2 looks best.
     seed : int
-        Colours of the houses, posters and details; the same seed gives the same scene.
+        Colors of the houses, posters and details; the same seed gives the same scene.
     """
     # One stream for each part: what the road draws depends on the size of the picture.
     clouds, grain, details, leaves = np.random.default_rng(seed).spawn(4)
@@ -76,7 +76,7 @@ def _road(picture: Surface, rng: np.random.Generator) -> None:
 
 
 def _row_of_houses(wall: Surface, rng: np.random.Generator) -> None:
-    """Four houses of different colour and height, the last one at the corner."""
+    """Four houses of different color and height, the last one at the corner."""
     colors = [WALLS[i] for i in rng.permutation(len(WALLS))[:4]]
     joints = (0.0, 0.25, 0.5, 0.75, 1.0)
     for number, (color, top) in enumerate(zip(colors, (0.10, -0.08, 0.07, 0.0), strict=True)):
