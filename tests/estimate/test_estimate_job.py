@@ -1,5 +1,7 @@
 """The job around an estimate: progress, stopping, the band, and the same result each time."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -14,8 +16,9 @@ from napari_crfdeblur.estimate import (
     estimating_response,
 )
 from napari_crfdeblur.estimate.band import band, covered_range, prior_band
+from napari_crfdeblur.profiles import ProfileSource
 from napari_crfdeblur.progress import drain
-from napari_crfdeblur.response import Gamma, dorf_mean
+from napari_crfdeblur.response import SRGB, Gamma, dorf_mean
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
 
 FEW = PolynomialFit(resamples=4)
@@ -153,3 +156,28 @@ def test_impossible_settings_are_refused(wrong, message):
 def test_an_impossible_shift_is_refused(shift):
     with pytest.raises(ValueError, match="shift of 0 or more"):
         KnownPsf(np.ones((3, 5)), shift)
+
+
+def own_edges(groups):
+    """The groups as if every one were another edge, its rows the channels of that edge."""
+    return [
+        replace(g, sources=tuple(ProfileSource(0, number, c) for c in range(len(g))))
+        for number, g in enumerate(groups)
+    ]
+
+
+@pytest.mark.parametrize("method", [RankMinimization(), MeanProfile()], ids=["rank", "mean"])
+def test_groups_of_one_edge_each_have_a_band_too(method):
+    groups = random_profiles(Camera(SRGB(), noise=0.005), ProfileCase(groups=9, profiles=3), seed=3)
+    estimate = estimate_response(own_edges(groups), method)
+    inside = (estimate.intensity > 0.3) & (estimate.intensity < 0.7)
+    assert np.all((estimate.upper - estimate.lower)[inside] > 1e-4)
+
+
+@pytest.mark.parametrize("method", [RankMinimization(), MeanProfile()], ids=["rank", "mean"])
+def test_small_groups_survive_being_drawn_again(method):
+    groups = random_profiles(Camera(SRGB(), noise=0.005), ProfileCase(groups=4, profiles=3), seed=5)
+    few = [groups[0], *(group.select([0, 1]) for group in groups[1:])]
+    estimate = estimate_response(few, method)
+    assert np.isfinite(estimate.lower).all()
+    assert np.isfinite(estimate.upper).all()

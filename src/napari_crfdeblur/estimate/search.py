@@ -113,7 +113,7 @@ def resampling(
     """Coefficients found again from edges drawn with replacement, shape (R, n + 1).
 
     The bootstrap of Efron (1979) over all edges; the seed is fixed, so that the same profiles
-    give the same band. Searches that end nowhere are left out.
+    give the same band. Draws that leave no group, and searches that end nowhere, are left out.
     """
     random = np.random.default_rng(0)
     degree = found.coefficients.size - 1
@@ -121,8 +121,8 @@ def resampling(
     for number in range(resamples):
         yield Progress("band of the response", number, resamples)
         drawn = [Rows(group, degree) for group in _redraw(groups, random)]
-        one = search(terms.objective(drawn), found.coefficients)
-        if one.converged:
+        one = search(terms.objective(drawn), found.coefficients) if drawn else None
+        if one is not None and one.converged:
             again.append(one.coefficients)
     return np.array(again).reshape(len(again), degree + 1)
 
@@ -130,7 +130,8 @@ def resampling(
 def _redraw(groups: Sequence[ProfileGroup], random: np.random.Generator) -> list[ProfileGroup]:
     """As many edges drawn with replacement; the channels of an edge stay together.
 
-    A group keeps as many copies of its profiles as their edge was drawn.
+    A group keeps as many copies of its profiles as their edge was drawn; left with one where
+    it had more, it has nothing to compare and drops out.
     """
     edges = [(source.image, source.edge) for group in groups for source in group.sources]
     distinct, number = np.unique(edges, axis=0, return_inverse=True)
@@ -138,4 +139,4 @@ def _redraw(groups: Sequence[ProfileGroup], random: np.random.Generator) -> list
     ends = np.cumsum([len(group) for group in groups])
     copies = np.split(times[number.ravel()], ends[:-1])
     drawn = [g.select(np.repeat(np.arange(len(g)), c)) for g, c in zip(groups, copies, strict=True)]
-    return [group for group in drawn if len(group) > 0]
+    return [d for d, g in zip(drawn, groups, strict=True) if len(d) >= min(2, len(g))]
