@@ -10,7 +10,7 @@ from ..boundary import extend
 from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_model_error, contrast, relative_noise
+from .noise import LEAST_NOISE, check_weight, contrast, relative_noise
 
 WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
@@ -51,9 +51,7 @@ class HyperLaplacian(Deconvolver):
     steps: int = 1
 
     def __post_init__(self) -> None:
-        if self.weight is not None and not 0 < self.weight < np.inf:
-            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
-        check_model_error(self.model_error)
+        check_weight(self.weight, self.model_error)
         if not 0 < self.exponent < 1:
             raise ValueError(f"expected an exponent between 0 and 1, got {self.exponent}")
         if self.stages < 1 or self.steps < 1:
@@ -65,7 +63,7 @@ class HyperLaplacian(Deconvolver):
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
         total = self.stages * self.steps
         yield Progress("hyper-Laplacian", 0, total)
-        weight = self.weight or WEIGHT_OF_NOISE * max(relative_noise(plane), self.model_error) ** 2
+        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
         scale = contrast(plane)
         sharp = extend(plane, psf)
         sharp /= scale

@@ -10,7 +10,7 @@ from ..boundary import extend
 from ..fourier import Shape, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_model_error, contrast, relative_noise
+from .noise import LEAST_NOISE, check_weight, contrast, relative_noise
 
 WEIGHT_OF_NOISE = 2.5  # best on average over pictures, PSFs and noise of .003 to .03
 SECOND = 0.25  # share of the second derivatives in the prior
@@ -55,9 +55,7 @@ class SparseIrls(Deconvolver):
     steps: int = 4
 
     def __post_init__(self) -> None:
-        if self.weight is not None and not 0 < self.weight < np.inf:
-            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
-        check_model_error(self.model_error)
+        check_weight(self.weight, self.model_error)
         if not 0 < self.exponent < 2:
             raise ValueError(f"expected an exponent between 0 and 2, got {self.exponent}")
         if self.iterations < 1 or self.steps < 1:
@@ -69,7 +67,7 @@ class SparseIrls(Deconvolver):
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
         total = self.iterations * self.steps
         yield Progress("sparse IRLS", 0, total)
-        weight = self.weight or WEIGHT_OF_NOISE * max(relative_noise(plane), self.model_error) ** 2
+        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
         scale = contrast(plane)
         gain, target, sharp = _prepared(extend(plane, psf) / plane.dtype.type(scale), psf)
         for done in range(self.iterations):

@@ -42,12 +42,14 @@ def contrast(plane: FloatArray) -> float:
     return spread if spread > 1e-7 * float(np.abs(plane[0, 0])) else 1.0
 
 
-def relative_noise(plane: FloatArray) -> float:
-    """Noise level as a fraction of the contrast."""
-    return noise_level(plane) / contrast(plane)
+def relative_noise(plane: FloatArray, least: float = 0.0) -> float:
+    """Noise level as a fraction of the contrast, at least `least`."""
+    return max(noise_level(plane) / contrast(plane), least)
 
 
-def check_model_error(value: float) -> None:
-    """Raise ValueError unless this is a share of the contrast."""
-    if not 0 <= value < 1:
-        raise ValueError(f"expected a model error of 0 or more, below 1, got {value}")
+def check_weight(weight: float | None, model_error: float) -> None:
+    """Raise ValueError unless the weight is positive or None, the error a share of 1."""
+    if weight is not None and not 0 < weight < np.inf:
+        raise ValueError(f"expected a weight above 0 or None, got {weight}")
+    if not 0 <= model_error < 1:
+        raise ValueError(f"expected a model error of 0 or more, below 1, got {model_error}")

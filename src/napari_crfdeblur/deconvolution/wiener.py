@@ -18,7 +18,7 @@ from ..fourier import (
 )
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_model_error, relative_noise
+from .noise import LEAST_NOISE, check_weight, relative_noise
 
 WEIGHT_OF_NOISE = 60.0  # best on average over pictures, PSFs and noise of .002 to .03
 
@@ -45,16 +45,14 @@ class Wiener(Deconvolver):
     model_error: float = LEAST_NOISE
 
     def __post_init__(self) -> None:
-        if self.weight is not None and not 0 < self.weight < np.inf:
-            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
-        check_model_error(self.model_error)
+        check_weight(self.weight, self.model_error)
 
     def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
         yield Progress("Wiener filter", 0, 2)
         extended = extend(plane, psf)
         yield Progress("Wiener filter", 1, 2)
-        weight = self.weight or WEIGHT_OF_NOISE * max(relative_noise(plane), self.model_error) ** 2
+        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
         spectrum = forward(extended)
         _filter(spectrum, otf(psf, extended.shape, plane.dtype), extended.shape, weight)
         sharp = inverse(spectrum, extended.shape)[: plane.shape[0], : plane.shape[1]]
