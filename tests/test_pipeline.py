@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur
+from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur, find_edges
 from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
-from napari_crfdeblur.edges import Line
+from napari_crfdeblur.edges import estimating_blur_extent, finding_edges
 from napari_crfdeblur.estimate import GivenResponse, RankMinimization
 from napari_crfdeblur.estimate.fitting import PolynomialFit
-from napari_crfdeblur.pipeline import deblurring, profiles_for
+from napari_crfdeblur.pipeline import deblurring, profiles_for, seeking_edges
+from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 from napari_crfdeblur.quality import psnr, response_error
 from napari_crfdeblur.response import SRGB, Gamma, GeneralizedGamma
@@ -96,24 +97,22 @@ def test_each_channel_can_have_its_own_response(small):
 
 
 def test_edges_drawn_by_the_user_are_the_ones_used(truth):
-    chosen = [edge.line for edge in truth.edges[:6]]
-    lines = [Line(line.start, line.end) for line in chosen]
-    options = DeblurOptions(
-        response=GivenResponse(RESPONSE), edges=lines, blur_extent=17, psf=None, method=Wiener()
-    )
-    job = deblurring(truth.photo, options)
-    next(job)
-    job.close()
-    from napari_crfdeblur import refine_edges
-
-    assert len(refine_edges(truth.photo, lines, blur_extent=17)) == len(lines)
+    lines = [edge.line for edge in truth.edges[:6]]
+    options = DeblurOptions(edges=lines, blur_extent=17)
+    edges = drain(seeking_edges(truth.photo, options))
+    assert len(edges) == len(lines)
+    for edge, line in zip(edges, lines, strict=True):
+        ends = np.array([edge.start, edge.end])
+        drawn = np.array([line.start, line.end])
+        along = (drawn[1] - drawn[0]) / np.linalg.norm(drawn[1] - drawn[0])
+        across = (ends - drawn[0]) @ np.array([-along[1], along[0]])
+        # An edge is located to .1 px where it is good; a bad one stays near where it was drawn.
+        assert np.abs(across).max() < (1 if edge.good else 17)
 
 
 def test_gray_photos_are_grouped_by_orientation():
     scene = slanted_edges((432, 572), seed=3, pitch=140)
     photo = simulate(scene, camera_shake(13, 4), Camera(RESPONSE), seed=5).photo
-    from napari_crfdeblur import find_edges
-
     edges = find_edges(photo, blur_extent=17)
     groups = profiles_for(QUICK, photo, edges)
     assert max(len({s.edge for s in group.sources}) for group in groups) > 1
@@ -135,6 +134,15 @@ def test_a_stopped_job_gives_nothing(small):
     job.close()
     with pytest.raises(StopIteration):
         next(job)
+
+
+def test_the_search_for_edges_reports_and_can_be_stopped(truth):
+    for job in (finding_edges(truth.photo, blur_extent=17), estimating_blur_extent(truth.photo)):
+        reports = [next(job) for _ in range(5)]
+        assert all(0 <= report.done < report.total for report in reports)
+        job.close()
+        with pytest.raises(StopIteration):
+            next(job)
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,20 @@
 """The whole path: photo -> edges -> profiles -> response -> linear -> PSF -> sharp photo."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from ._typing import FloatArray, Image
 from .deconvolution import Deconvolver, HyperLaplacian, deconvolving
-from .edges import Edge, Line, Rectangle, estimate_blur_extent, find_edges, refine_edges
+from .edges import (
+    Edge,
+    Line,
+    Rectangle,
+    estimating_blur_extent,
+    finding_edges,
+    refine_edges,
+)
 from .errors import CrfDeblurError
 from .estimate import (
     GivenResponse,
@@ -115,12 +122,17 @@ class Deblurred:
 def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
     """Long job: the path up to the PSF."""
     check_photo(photo)
-    edges = (yield from finding_edges(photo, options)) if _edges_needed(options) else ()
+    edges: tuple[Edge, ...] = ()
+    extent = options.blur_extent
+    if _edges_needed(options):
+        extent = extent or (yield from estimating_blur_extent(photo))
+        edges = yield from seeking_edges(photo, replace(options, blur_extent=extent))
     groups = profiles_for(options.response, photo, edges)
     responses = yield from estimating_responses(groups, options.response)
     linear = linearize(color(photo), joint_curve(responses))
-    method = options.psf or _psf_estimator(photo, edges, options)
-    psf = yield from estimating_psf(linear, method)
+    widths = [edge.width for edge in edges if edge.good]
+    widest = options.blur_extent or max(widths, default=extent or 0.0)
+    psf = yield from estimating_psf(linear, options.psf or _psf_estimator(photo, widest))
     return FoundBlur(edges, groups, responses, linear, psf)
 
 
@@ -203,13 +215,13 @@ def profiles_for(
     return tuple(sample_profiles(photo, edges, grouping=ByOrientation(), index=index))
 
 
-def finding_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:
+def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:
     """Long job: the edges of a photo, found or drawn, good and bad."""
-    yield Progress("edges", 0, 1)
-    extent = options.blur_extent or estimate_blur_extent(photo)
+    extent = options.blur_extent or (yield from estimating_blur_extent(photo))
     if options.edges is not None:
+        yield Progress("edges", 0, 1)
         return refine_edges(photo, options.edges, blur_extent=extent)
-    return find_edges(photo, blur_extent=extent)
+    return (yield from finding_edges(photo, blur_extent=extent))
 
 
 def _edges_needed(options: DeblurOptions) -> bool:
@@ -217,16 +229,14 @@ def _edges_needed(options: DeblurOptions) -> bool:
     return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
 
 
-def _psf_estimator(photo: Image, edges: Sequence[Edge], options: DeblurOptions) -> PsfEstimator:
-    """Blind estimation of a PSF a little larger than the widest good edge."""
-    widths = [edge.width for edge in edges if edge.good]
-    extent = options.blur_extent or max(widths, default=0) or estimate_blur_extent(photo)
+def _psf_estimator(photo: Image, extent: float) -> PsfEstimator:
+    """Blind estimation of a PSF a little larger than the blur, as far as the photo permits."""
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
     largest = min(photo.shape[:2]) // 3
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
-    return XuJia(size=min(size, largest // 2 * 2 - 1))
+    return XuJia(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
 def _deconvolver(psf: PsfEstimate) -> Deconvolver:

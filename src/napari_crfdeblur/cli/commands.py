@@ -28,8 +28,8 @@ from ..pipeline import (
     deblurring,
     estimating_responses,
     finding_blur,
-    finding_edges,
     profiles_for,
+    seeking_edges,
 )
 from ..psf import PsfEstimate
 from ..report import SUFFIXES as REPORTS
@@ -107,7 +107,7 @@ def estimate(arguments: Namespace) -> None:
         blur_extent=arguments.blur_extent,
     )
     photos = [_photo(path) for path in arguments.photos]
-    edges = [run(finding_edges(photo, options)) for photo in photos]
+    edges = [run(seeking_edges(photo, options)) for photo in photos]
     groups = [
         group
         for index, (photo, own) in enumerate(zip(photos, edges, strict=True))

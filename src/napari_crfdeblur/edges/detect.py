@@ -6,6 +6,7 @@ import numpy as np
 
 from .._typing import FloatArray, Image
 from ..photo import check_image
+from ..progress import Job, Progress, drain
 from .base import Edge, Line
 from .locate import Search
 from .refine import check_extent, readable, refine
@@ -36,18 +37,27 @@ def find_edges(image: Image, *, blur_extent: float) -> tuple[Edge, ...]:
         Good edges first, the longest first; then those that cannot be used, with the reason.
         Empty if the photo shows no straight edge.
     """
+    return drain(finding_edges(image, blur_extent=blur_extent))
+
+
+def finding_edges(image: Image, *, blur_extent: float) -> Job[tuple[Edge, ...]]:
+    """Job of :func:`find_edges`: reports progress, can be stopped."""
     check_image(image)
     check_extent(blur_extent)
+    yield Progress("edges", 0, 1)
     image = readable(image)
     lines = find_segments(image, blur_extent)[:MOST_SEGMENTS]
-    return edges_along(image, lines, blur_extent)
+    return (yield from following(image, lines, blur_extent, "edges"))
 
 
-def edges_along(image: Image, lines: Sequence[Line], blur_extent: float) -> tuple[Edge, ...]:
-    """The distinct edges along segments, the good ones first."""
+def following(
+    image: Image, lines: Sequence[Line], blur_extent: float, stage: str
+) -> Job[tuple[Edge, ...]]:
+    """Long job: the distinct edges along segments, the good ones first."""
     capture = 0.25 * blur_extent + reduction(image.shape[:2], blur_extent)
     found = []
-    for line in lines:
+    for number, line in enumerate(lines):
+        yield Progress(stage, number, len(lines))
         found += refine(image, Frame.of(line), Search(capture, blur_extent))
     return distinct(sorted(found, key=lambda e: (not e.good, -e.length)), blur_extent)
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from .._typing import Image
 from ..photo import check_image
+from ..progress import Job, Progress, drain
 from .base import Edge
-from .detect import edges_along
+from .detect import following
 from .refine import readable
 from .segments import find_segments, reduce
 
@@ -36,17 +37,23 @@ def estimate_blur_extent(image: Image) -> float:
     float
         A guess for `blur_extent` of :func:`find_edges`; 20 if no good edge is found.
     """
+    return drain(estimating_blur_extent(image))
+
+
+def estimating_blur_extent(image: Image) -> Job[float]:
+    """Job of :func:`estimate_blur_extent`: reports progress, can be stopped."""
     check_image(image)
+    yield Progress("width of the edges", 0, 1)
     image = readable(image)
     step = int(np.ceil(np.sqrt(image.shape[0] * image.shape[1] / MOST_PIXELS)))
     if step == 1:
-        return widest(image, SCALES) or FALLBACK
+        return (yield from widest(image, SCALES)) or FALLBACK
     small = reduce(image, step)
     small = small[..., 0] if image.ndim == 2 else small
-    extent = step * (widest(small, SCALES) or 0.0)
+    extent = step * ((yield from widest(small, SCALES)) or 0.0)
     if extent >= WELL_MEASURED * step:
         return extent
-    return widest(middle(image, step), SCALES) or extent or FALLBACK
+    return (yield from widest(middle(image, step), SCALES)) or extent or FALLBACK
 
 
 def middle(image: Image, step: int) -> Image:
@@ -56,21 +63,23 @@ def middle(image: Image, step: int) -> Image:
     return image[first : first + rows, left : left + columns]
 
 
-def widest(image: Image, scales: Sequence[float]) -> float | None:
-    """Largest width at the scales with enough evidence, pixels; None without good edges."""
-    found = [good_edges(image, scale) for scale in scales if scale < min(image.shape[:2]) / 3]
+def widest(image: Image, scales: Sequence[float]) -> Job[float | None]:
+    """Long job: largest width at the scales with enough evidence, pixels.
+
+    None without good edges.
+    """
+    found = []
+    for scale in scales:
+        if scale < min(image.shape[:2]) / 3:
+            lines = find_segments(image, scale)[:STRONGEST]
+            edges = yield from following(image, lines, scale, "width of the edges")
+            found.append([edge for edge in edges if edge.good])
     evidence = [sum(e.length * e.contrast for e in edges) for edges in found]
     most = max(evidence, default=0.0)
     if most == 0:
         return None
     trusted = [edges for edges, e in zip(found, evidence, strict=True) if e >= SHARE * most]
     return MARGIN * max(typical_width(edges) for edges in trusted)
-
-
-def good_edges(image: Image, scale: float) -> list[Edge]:
-    """Good edges among the strongest segments at one scale."""
-    lines = find_segments(image, scale)[:STRONGEST]
-    return [edge for edge in edges_along(image, lines, scale) if edge.good]
 
 
 def typical_width(edges: Sequence[Edge]) -> float:
