@@ -34,7 +34,6 @@ from .response import dorf_mean
 # What an estimated PSF leaves unexplained, as a share of the contrast: on really blurred photos
 # of known truth, a weight that reckons with less rings.
 BLIND_ERROR = 0.01
-GIVEN_ERROR = 0.001  # of a given PSF: no more than rounding to 8 bits
 
 
 @dataclass(frozen=True, slots=True)
@@ -241,7 +240,7 @@ def _psf_estimator(photo: Image, extent: float) -> PsfEstimator:
 
 def _deconvolver(psf: PsfEstimate) -> Deconvolver:
     given = psf.status is PsfStatus.GIVEN
-    return HyperLaplacian(model_error=GIVEN_ERROR if given else BLIND_ERROR)
+    return HyperLaplacian() if given else HyperLaplacian(model_error=BLIND_ERROR)
 
 
 def _with_alpha_of(photo: Image, colors: Image) -> Image:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from .._typing import FloatArray
 from ..deconvolution import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
+from ..deconvolution.noise import LEAST_NOISE
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
@@ -16,7 +17,7 @@ from ..estimate import (
     Tail,
 )
 from ..io import read_psf, read_responses
-from ..pipeline import BLIND_ERROR, GIVEN_ERROR
+from ..pipeline import BLIND_ERROR
 from ..psf import (
     GivenPsf,
     PsfEstimator,
@@ -40,7 +41,7 @@ DECONVOLVERS: dict[str, Callable[[float], Deconvolver]] = {
 
 def deconvolver(name: str, psf: str) -> Deconvolver:
     """Method for ``--method``; an estimated PSF is less certain than a given one."""
-    return DECONVOLVERS[name](BLIND_ERROR if psf == "auto" else GIVEN_ERROR)
+    return DECONVOLVERS[name](BLIND_ERROR if psf == "auto" else LEAST_NOISE)
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:

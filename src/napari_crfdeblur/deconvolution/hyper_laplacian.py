@@ -35,7 +35,7 @@ class HyperLaplacian(Deconvolver):
         the noise level of the plane.
     model_error : float
         Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response. Rounding to 8 bits alone makes .001.
+        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
     exponent : float
         `alpha`, between 0 and 1; 2/3 suits natural pictures.
     stages : int

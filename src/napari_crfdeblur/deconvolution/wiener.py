@@ -38,7 +38,7 @@ class Wiener(Deconvolver):
         noise level of the plane.
     model_error : float
         Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response. Rounding to 8 bits alone makes .001.
+        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
     """
 
     weight: float | None = None
