@@ -174,6 +174,13 @@ def test_groups_of_one_edge_each_have_a_band_too(method):
     assert np.all((estimate.upper - estimate.lower)[inside] > 1e-4)
 
 
+def test_edges_that_disagree_leave_the_estimate_in_doubt():
+    agreeing = random_profiles(Camera(SRGB(), noise=0.003), ProfileCase(groups=6), seed=3)
+    assert estimate_response(agreeing, RankMinimization()).status is ResponseStatus.GOOD
+    spoilt = random_profiles(Camera(SRGB(), noise=0.003), ProfileCase(profiles=5, bad=0.8), seed=3)
+    assert estimate_response(spoilt, RankMinimization()).status is ResponseStatus.DOUBTFUL
+
+
 @pytest.mark.parametrize("method", [RankMinimization(), MeanProfile()], ids=["rank", "mean"])
 def test_small_groups_survive_being_drawn_again(method):
     groups = random_profiles(Camera(SRGB(), noise=0.005), ProfileCase(groups=4, profiles=3), seed=5)

@@ -58,3 +58,19 @@ def prior_band(intensity: FloatArray) -> tuple[FloatArray, FloatArray]:
     of_intensity = np.interp(irradiance, np.linspace(0, 1, spread.size), spread)
     deviation = TWO_SIDED_95 * of_intensity / mean.slope(irradiance)
     return irradiance - deviation, irradiance + deviation
+
+
+def share_of_prior(intensity: FloatArray, width: FloatArray, covered: tuple[float, float]) -> float:
+    """Width of a band over the covered range, as a share of the prior's; 1 without a range.
+
+    Parameters
+    ----------
+    intensity, width : ndarray, shape (N,)
+        Where the band is sampled, and how wide it is there.
+    covered : (float, float)
+        Range of intensity that counts.
+    """
+    inside = (intensity >= covered[0]) & (intensity <= covered[1])
+    lower, upper = prior_band(intensity[inside])
+    known = float((upper - lower).sum())
+    return float(width[inside].sum()) / known if known > 0 else 1.0

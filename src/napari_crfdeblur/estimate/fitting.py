@@ -10,7 +10,7 @@ from ..errors import CrfDeblurError
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress
 from . import polynomial
-from .band import band, covered_range
+from .band import band, covered_range, share_of_prior
 from .base import ResponseEstimate, ResponseStatus
 from .identifiability import LEAST_COLLINEARITY, collinearity
 from .rows import Rows
@@ -18,6 +18,9 @@ from .search import Found, Terms, resampling, search
 
 # Least range of intensity covered by an estimate that is called good.
 LEAST_COVERED = 0.3
+# Its band over that range, as a share of the prior's: edges that leave half of what is not
+# known of any camera say little.
+WIDEST_BAND = 0.5
 BAND_SAMPLES = 257
 
 
@@ -91,6 +94,7 @@ def _estimate(
     curves = np.array([polynomial.as_curve(a).to_irradiance(intensity) for a in again])
     covered = covered_range(groups)
     lower, upper = band(intensity, curves, center, covered)
+    narrowed = share_of_prior(intensity, upper - lower, covered)
     apart = collinearity(
         [r.offsets(found.coefficients) for r in rows],
         [r.ranges(found.coefficients) for r in rows],
@@ -101,20 +105,22 @@ def _estimate(
         lower=lower,
         upper=upper,
         covered=covered,
-        status=_status(found, apart >= least_apart, covered),
+        status=_status(found, apart >= least_apart, covered, narrowed),
         diagnostics={
             "objective": found.value,
             "collinearity": apart,
             "groups": len(groups),
             "profiles": sum(len(g) for g in groups),
-            "band width": float(np.mean(upper - lower)),
+            "band, share of the prior's": narrowed,
         },
     )
 
 
-def _status(found: Found, able: bool, covered: tuple[float, float]) -> ResponseStatus:
+def _status(
+    found: Found, able: bool, covered: tuple[float, float], narrowed: float
+) -> ResponseStatus:
     if not found.converged:
         return ResponseStatus.NOT_CONVERGED
-    if not able or covered[1] - covered[0] < LEAST_COVERED:
+    if not able or covered[1] - covered[0] < LEAST_COVERED or narrowed > WIDEST_BAND:
         return ResponseStatus.DOUBTFUL
     return ResponseStatus.GOOD
