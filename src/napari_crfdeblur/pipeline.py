@@ -206,12 +206,13 @@ def profiles_for(
             f"{len(method)} responses do not fit the {len(planes(photo))} channels of the photo; "
             "use one response for all"
         )
+    groups = sample_profiles(photo, edges, grouping=ByOrientation(), index=index)
     if isinstance(method, ResponseFit):
-        by_edge = sample_profiles(photo, edges, grouping=ByEdge(), index=index)
+        by_edge = [own for group in groups for own in ByEdge().split(group)]
         rows = [group for group in by_edge if len(group) >= 2]
         if levels_apart(rows, dorf_mean()) >= LEAST_COLLINEARITY:
-            return tuple(by_edge)
-    return tuple(sample_profiles(photo, edges, grouping=ByOrientation(), index=index))
+            return tuple(sorted(by_edge, key=len, reverse=True))
+    return tuple(groups)
 
 
 def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:

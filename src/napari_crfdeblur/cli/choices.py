@@ -6,7 +6,6 @@ from pathlib import Path
 
 from .._typing import FloatArray
 from ..deconvolution import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
-from ..deconvolution.noise import LEAST_NOISE
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
@@ -31,17 +30,19 @@ from ..psf import (
 )
 from ..response import SRGB, Gamma, Identity, ResponseCurve
 
-DECONVOLVERS: dict[str, Callable[[float], Deconvolver]] = {
-    "hyper-laplacian": lambda error: HyperLaplacian(model_error=error),
-    "irls": lambda error: SparseIrls(model_error=error),
-    "richardson-lucy": lambda error: RichardsonLucy(),  # noqa: ARG005 - knows no noise
-    "wiener": lambda error: Wiener(model_error=error),
+# Methods with a prior, whose weight allows for the errors of the PSF.
+PRIORS: dict[str, type[HyperLaplacian | SparseIrls | Wiener]] = {
+    "hyper-laplacian": HyperLaplacian,
+    "irls": SparseIrls,
+    "wiener": Wiener,
 }
 
 
 def deconvolver(name: str, psf: str) -> Deconvolver:
     """Method for ``--method``; an estimated PSF is less certain than a given one."""
-    return DECONVOLVERS[name](BLIND_ERROR if psf == "auto" else LEAST_NOISE)
+    if name == "richardson-lucy":
+        return RichardsonLucy()
+    return PRIORS[name](model_error=BLIND_ERROR) if psf == "auto" else PRIORS[name]()
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:

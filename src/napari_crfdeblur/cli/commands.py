@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from .. import demo as demonstration
@@ -22,6 +23,7 @@ from ..io import (
     write_psf,
     write_responses,
 )
+from ..io import edges as edge_files
 from ..photo import check_photo
 from ..pipeline import (
     DeblurOptions,
@@ -60,31 +62,25 @@ def deblur(arguments: Namespace) -> None:
     """``crfdeblur deblur``."""
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
     _check(output, images.WRITABLE, arguments)
-    options = DeblurOptions(
+    options = replace(
+        _options(arguments),
         response=response_fits(arguments.response, arguments.per_channel),
-        edges=read_edges(arguments.edges) if arguments.edges else None,
-        blur_extent=arguments.blur_extent,
         psf=psf_estimator(arguments.psf, arguments.psf_size),
         method=deconvolver(arguments.method, arguments.psf),
     )
     photo = _photo(arguments.photo)
     result = run(deblurring(photo, options))
     write_photo(output, result.photo, like=arguments.photo)
-    if arguments.save_edges:
-        write_edges(arguments.save_edges, result.edges)
-    if arguments.report:
-        write_report(
-            arguments.report,
-            Report(
-                title=arguments.photo.name,
-                photo=photo,
-                edges=result.edges,
-                groups=result.groups,
-                responses=result.responses,
-                psf=result.psf,
-                sharp=result.photo,
-            ),
-        )
+    report = Report(
+        title=arguments.photo.name,
+        photo=photo,
+        edges=result.edges,
+        groups=result.groups,
+        responses=result.responses,
+        psf=result.psf,
+        sharp=result.photo,
+    )
+    _write_extras(arguments, report)
     _say_edges(result.edges)
     _say_responses(result.responses)
     _say_psf(result.psf)
@@ -102,10 +98,7 @@ def estimate(arguments: Namespace) -> None:
         raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
     fit = fit_named(arguments.method, arguments.psf)
     method = [fit] * 3 if arguments.per_channel else fit
-    options = DeblurOptions(
-        edges=read_edges(arguments.edges) if arguments.edges else None,
-        blur_extent=arguments.blur_extent,
-    )
+    options = _options(arguments)
     photos = [_photo(path) for path in arguments.photos]
     edges = [run(seeking_edges(photo, options)) for photo in photos]
     groups = [
@@ -116,11 +109,8 @@ def estimate(arguments: Namespace) -> None:
     found = run(estimating_responses(groups, method))
     if arguments.output:
         write_responses(arguments.output, found)
-    if arguments.save_edges:
-        write_edges(arguments.save_edges, edges[0])
-    if arguments.report:
-        title = ", ".join(path.name for path in arguments.photos)
-        write_report(arguments.report, Report(title, photos[0], edges[0], groups, found))
+    title = ", ".join(path.name for path in arguments.photos)
+    _write_extras(arguments, Report(title, photos[0], edges[0], groups, found))
     for own in edges:
         _say_edges(own)
     _say_responses(found)
@@ -132,22 +122,17 @@ def psf(arguments: Namespace) -> None:
     """``crfdeblur psf``."""
     output = arguments.output or arguments.photo.with_name(f"{arguments.photo.stem}-psf.png")
     _check(output, psfs.SUFFIXES, arguments)
-    options = DeblurOptions(
+    options = replace(
+        _options(arguments),
         response=response_fits(arguments.response, arguments.per_channel),
-        edges=read_edges(arguments.edges) if arguments.edges else None,
-        blur_extent=arguments.blur_extent,
         psf=psf_estimator("auto", arguments.psf_size),
     )
     photo = _photo(arguments.photo)
     found = run(finding_blur(photo, options))
     write_psf(output, found.psf.psf)
-    if arguments.save_edges:
-        write_edges(arguments.save_edges, found.edges)
-    if arguments.report:
-        report = Report(
-            arguments.photo.name, photo, found.edges, found.groups, found.responses, found.psf
-        )
-        write_report(arguments.report, report)
+    title = arguments.photo.name
+    report = Report(title, photo, found.edges, found.groups, found.responses, found.psf)
+    _write_extras(arguments, report)
     _say_responses(found.responses)
     _say_psf(found.psf)
     print(f"wrote {output}")
@@ -186,6 +171,12 @@ def _scene(name: str, shape: tuple[int, int], seed: int) -> Scene:
     return slanted_edges(shape, seed=seed) if name == "slanted" else step_image(shape)
 
 
+def _options(arguments: Namespace) -> DeblurOptions:
+    """What ``--edges`` and ``--blur-extent`` say."""
+    edges = read_edges(arguments.edges) if arguments.edges else None
+    return DeblurOptions(edges=edges, blur_extent=arguments.blur_extent)
+
+
 def _photo(path: Path) -> Image:
     photo = read_photo(path)
     try:
@@ -213,7 +204,14 @@ def _check_extras(arguments: Namespace) -> None:
     if arguments.report:
         check_output(arguments.report, REPORTS)
     if arguments.save_edges:
-        check_output(arguments.save_edges, (".json",))
+        check_output(arguments.save_edges, edge_files.SUFFIXES)
+
+
+def _write_extras(arguments: Namespace, report: Report) -> None:
+    if arguments.save_edges:
+        write_edges(arguments.save_edges, report.edges)
+    if arguments.report:
+        write_report(arguments.report, report)
 
 
 def _say_edges(edges: Sequence[Edge]) -> None:

@@ -136,7 +136,7 @@ def vote(ridge: Ridge) -> Image:
 
 def connected(grid: Image) -> Image:
     """Number of the 8-connected region of equal, positive values to which each pixel belongs."""
-    regions: Image = label(grid, connectivity=2)  # type: ignore[no-untyped-call]
+    regions: Image = label(grid, connectivity=2)
     return regions
 
 

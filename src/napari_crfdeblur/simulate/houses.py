@@ -9,7 +9,7 @@ from .perspective import Box, Surface
 
 Generator = np.random.Generator
 
-FRAME, GLASS, SHINE, DARK = "#f7f3e8", "#2b4256", "#8fb3c7", "#2a2622"
+FRAME, GLASS, SHINE = "#f7f3e8", "#2b4256", "#8fb3c7"
 ACCENTS = ("#1f6f78", "#b23a48", "#2d4a7c", "#e07a2f", "#3f6b3a", "#6a3d6e")
 POSTERS = (
     ("#f2b632", "#23395b", "#d1495b", "OPERA"),
