@@ -22,6 +22,7 @@ demo: $(INSTALLED) ## Blur, recover and compare a known picture; results in demo
 	$(BIN)/crfdeblur demo -o demo
 
 test: $(INSTALLED) ## Run the tests (options in PYTEST_ARGS)
+	@.ci/display
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 lint: $(TOOLS) ## Check style and format

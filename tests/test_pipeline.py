@@ -5,10 +5,16 @@ import pytest
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur, find_edges
 from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
-from napari_crfdeblur.edges import estimating_blur_extent, finding_edges
+from napari_crfdeblur.edges import estimating_blur_extent, finding_edges, refining_edges
 from napari_crfdeblur.estimate import GivenResponse, RankMinimization
 from napari_crfdeblur.estimate.fitting import PolynomialFit
-from napari_crfdeblur.pipeline import deblurring, profiles_for, seeking_edges
+from napari_crfdeblur.pipeline import (
+    deblurring,
+    gathering_profiles,
+    profiles_for,
+    seeking_edges,
+)
+from napari_crfdeblur.profiles import sampling_profiles
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 from napari_crfdeblur.quality import psnr, response_error
@@ -136,13 +142,36 @@ def test_a_stopped_job_gives_nothing(small):
         next(job)
 
 
-def test_the_search_for_edges_reports_and_can_be_stopped(truth):
-    for job in (finding_edges(truth.photo, blur_extent=17), estimating_blur_extent(truth.photo)):
+def test_the_search_for_edges_and_profiles_reports_and_can_be_stopped(truth):
+    lines = [edge.line for edge in truth.edges]
+    edges = find_edges(truth.photo, blur_extent=17)
+    for job in (
+        finding_edges(truth.photo, blur_extent=17),
+        estimating_blur_extent(truth.photo),
+        refining_edges(truth.photo, lines, blur_extent=17),
+        sampling_profiles(truth.photo, edges),
+        gathering_profiles(QUICK, truth.photo, edges),
+    ):
         reports = [next(job) for _ in range(5)]
         assert all(0 <= report.done < report.total for report in reports)
         job.close()
         with pytest.raises(StopIteration):
             next(job)
+
+
+def test_a_job_reports_every_edge_and_never_goes_back(truth):
+    lines, edges = [edge.line for edge in truth.edges], find_edges(truth.photo, blur_extent=17)
+    for job, least in (
+        (refining_edges(truth.photo, lines, blur_extent=17), len(lines)),
+        (sampling_profiles(truth.photo, edges), 2 * sum(edge.good for edge in edges)),
+    ):
+        reports = []
+        drain(job, reports.append)
+        done = [report.done for report in reports]
+        assert done == sorted(done)
+        assert len({(report.stage, report.total) for report in reports}) == 1
+        assert len(reports) >= 0.9 * least  # edges of which no channel is usable end early
+        assert done[-1] <= reports[-1].total
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from .edges import (
     Rectangle,
     estimating_blur_extent,
     finding_edges,
-    refine_edges,
+    refining_edges,
 )
 from .errors import CrfDeblurError
 from .estimate import (
@@ -26,8 +26,8 @@ from .estimate import (
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
 from .linear import Response, linearize, reapply
 from .photo import ALPHA, check_photo, color, planes
-from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sample_profiles
-from .progress import Job, Progress, drain
+from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
+from .progress import Job, drain
 from .psf import PsfEstimate, PsfEstimator, PsfStatus, XuJia, estimating_psf
 from .response import dorf_mean
 
@@ -123,15 +123,15 @@ def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
     check_photo(photo)
     edges: tuple[Edge, ...] = ()
     extent = options.blur_extent
-    if _edges_needed(options):
+    if edges_needed(options):
         extent = extent or (yield from estimating_blur_extent(photo))
         edges = yield from seeking_edges(photo, replace(options, blur_extent=extent))
-    groups = profiles_for(options.response, photo, edges)
+    groups = yield from gathering_profiles(options.response, photo, edges)
     responses = yield from estimating_responses(groups, options.response)
     linear = linearize(color(photo), joint_curve(responses))
     widths = [edge.width for edge in edges if edge.good]
     widest = options.blur_extent or max(widths, default=extent or 0.0)
-    psf = yield from estimating_psf(linear, options.psf or _psf_estimator(photo, widest))
+    psf = yield from estimating_psf(linear, options.psf or suited_estimator(photo, widest))
     return FoundBlur(edges, groups, responses, linear, psf)
 
 
@@ -139,7 +139,7 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
     """Job of :func:`deblur`: reports progress, can be stopped."""
     options = options or DeblurOptions()
     found = yield from finding_blur(photo, options)
-    method = options.method or _deconvolver(found.psf)
+    method = options.method or suited_deconvolver(found.psf)
     sharp_linear = yield from deconvolving(found.linear, found.psf.psf, method)
     sharp = reapply(sharp_linear, joint_curve(found.responses), photo.dtype)
     return Deblurred(
@@ -149,7 +149,7 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
         linear=found.linear,
         psf=found.psf,
         sharp_linear=sharp_linear,
-        photo=_with_alpha_of(photo, sharp),
+        photo=with_alpha_of(photo, sharp),
     )
 
 
@@ -201,12 +201,22 @@ def profiles_for(
     needs no alignment. In a gray photo, in one of gray things, and for one response for each
     channel, the edges of one orientation are.
     """
+    return drain(gathering_profiles(method, photo, edges, index))
+
+
+def gathering_profiles(
+    method: ResponseFit | Sequence[ResponseFit],
+    photo: Image,
+    edges: Sequence[Edge],
+    index: int = 0,
+) -> Job[tuple[ProfileGroup, ...]]:
+    """Job of :func:`profiles_for`: reports progress, can be stopped."""
     if not isinstance(method, ResponseFit) and len(method) != len(planes(photo)):
         raise CrfDeblurError(
             f"{len(method)} responses do not fit the {len(planes(photo))} channels of the photo; "
             "use one response for all"
         )
-    groups = sample_profiles(photo, edges, grouping=ByOrientation(), index=index)
+    groups = yield from sampling_profiles(photo, edges, grouping=ByOrientation(), index=index)
     if isinstance(method, ResponseFit):
         by_edge = [own for group in groups for own in ByEdge().split(group)]
         rows = [group for group in by_edge if len(group) >= 2]
@@ -219,17 +229,16 @@ def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]
     """Long job: the edges of a photo, found or drawn, good and bad."""
     extent = options.blur_extent or (yield from estimating_blur_extent(photo))
     if options.edges is not None:
-        yield Progress("edges", 0, 1)
-        return refine_edges(photo, options.edges, blur_extent=extent)
+        return (yield from refining_edges(photo, options.edges, blur_extent=extent))
     return (yield from finding_edges(photo, blur_extent=extent))
 
 
-def _edges_needed(options: DeblurOptions) -> bool:
+def edges_needed(options: DeblurOptions) -> bool:
     methods = [options.response] if isinstance(options.response, ResponseFit) else options.response
     return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
 
 
-def _psf_estimator(photo: Image, extent: float) -> PsfEstimator:
+def suited_estimator(photo: Image, extent: float) -> PsfEstimator:
     """Blind estimation of a PSF a little larger than the blur, as far as the photo permits."""
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
@@ -239,12 +248,12 @@ def _psf_estimator(photo: Image, extent: float) -> PsfEstimator:
     return XuJia(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
-def _deconvolver(psf: PsfEstimate) -> Deconvolver:
+def suited_deconvolver(psf: PsfEstimate) -> Deconvolver:
     given = psf.status is PsfStatus.GIVEN
     return HyperLaplacian() if given else HyperLaplacian(model_error=BLIND_ERROR)
 
 
-def _with_alpha_of(photo: Image, colors: Image) -> Image:
+def with_alpha_of(photo: Image, colors: Image) -> Image:
     if photo.ndim == 3 and photo.shape[2] == ALPHA:
         return np.concatenate([colors, photo[..., 3:]], axis=2)
     return colors

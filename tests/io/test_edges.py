@@ -1,13 +1,15 @@
-"""Edges in JSON files: drawn or found, and what is refused."""
+"""Edges in files: drawn or found, and what is refused."""
 
+import csv
 import json
-from math import nan
+from math import degrees, nan
 
 import pytest
 
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line, Rectangle
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.io import read_edges, write_edges
+from napari_crfdeblur.io.edges import COLUMNS, edges_content
 
 FOUND = (
     Edge((3.5, 4.25), (40.0, 9.0), 1, 11.5, 0.3),
@@ -30,6 +32,50 @@ def test_rejected_edges_are_written_with_their_reason(path):
     write_edges(path, FOUND)
     entry = json.loads(path.read_text(encoding="utf-8"))["edges"][1]
     assert (entry["status"], entry["message"]) == ("clipped", EdgeStatus.CLIPPED.value)
+
+
+def test_the_content_is_what_the_file_holds(path):
+    write_edges(path, FOUND)
+    assert json.loads(path.read_text(encoding="utf-8")) == edges_content(FOUND)
+
+
+@pytest.mark.parametrize("name", ["edges.csv", "EDGES.CSV"])
+def test_a_table_has_a_row_for_each_edge(tmp_path, name):
+    write_edges(tmp_path / name, FOUND)
+    with (tmp_path / name).open(encoding="utf-8", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == COLUMNS
+    assert [row["number"] for row in rows] == ["0", "1", "2"]
+    for row, edge in zip(rows, FOUND, strict=True):
+        names = ("start_row", "start_column", "end_row", "end_column", "width", "contrast")
+        known = (*edge.start, *edge.end, edge.width, edge.contrast)
+        assert tuple(float(row[name]) for name in names) == known
+        assert int(row["polarity"]) == edge.polarity
+        assert (row["status"], row["message"]) == (edge.status.name.lower(), edge.status.value)
+        assert float(row["angle"]) == pytest.approx(degrees(edge.orientation))
+
+
+def test_the_angle_in_a_table_is_that_of_the_normal(tmp_path):
+    write_edges(tmp_path / "edges.csv", [Edge((0.0, 5.0), (20.0, 5.0))])  # runs down the photo
+    with (tmp_path / "edges.csv").open(encoding="utf-8", newline="") as file:
+        (row,) = csv.DictReader(file)
+    assert float(row["angle"]) == pytest.approx(0, abs=1e-9)
+
+
+def test_no_edges_are_a_table_without_rows(tmp_path):
+    write_edges(tmp_path / "edges.csv", [])
+    assert (tmp_path / "edges.csv").read_text(encoding="utf-8") == ",".join(COLUMNS) + "\n"
+
+
+def test_other_kinds_of_file_are_refused(tmp_path):
+    with pytest.raises(CrfDeblurError, match=r"ends in \.json, \.csv"):
+        write_edges(tmp_path / "edges.txt", FOUND)
+
+
+def test_a_table_is_not_read_back(tmp_path):
+    write_edges(tmp_path / "edges.csv", FOUND)
+    with pytest.raises(CrfDeblurError, match=r"edges\.csv: not a file of edges"):
+        read_edges(tmp_path / "edges.csv")
 
 
 def test_what_a_user_wrote_by_hand_is_read(path):

@@ -8,6 +8,7 @@ import pytest
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import ResponseEstimate, ResponseStatus
 from napari_crfdeblur.io import read_responses, write_responses
+from napari_crfdeblur.io.responses import responses_content, responses_from
 from napari_crfdeblur.response import SRGB, Emor, Gamma, Polynomial
 
 INTENSITY = np.linspace(0, 1, 257)
@@ -78,7 +79,28 @@ def test_a_response_that_was_read_can_be_written_again(path):
     assert path.read_bytes() == first
 
 
+def test_the_content_is_what_the_file_holds(content):
+    assert responses_content([an_estimate()]) == content
+
+
+def test_a_response_comes_back_from_the_content_alone():
+    estimates = [an_estimate(Gamma(g)) for g in (1.8, 2.0, 2.4)]
+    curves = responses_from(responses_content(estimates), "layer")
+    for curve, estimate in zip(curves, estimates, strict=True):
+        np.testing.assert_array_equal(
+            curve.to_irradiance(INTENSITY), estimate.curve.to_irradiance(INTENSITY)
+        )
+
+
+@pytest.mark.parametrize("content", [None, [], "gamma", {}, {"format": "crfdeblur-edges"}])
+def test_content_that_is_no_response_is_refused_where_it_was(content):
+    with pytest.raises(CrfDeblurError, match="layer 7: not a response file"):
+        responses_from(content, "layer 7")
+
+
 def test_two_responses_are_no_photo(path):
+    with pytest.raises(ValueError, match="1 or 3"):
+        responses_content([an_estimate(), an_estimate()])
     with pytest.raises(ValueError, match="1 or 3"):
         write_responses(path, [an_estimate(), an_estimate()])
     assert not path.exists()

@@ -29,3 +29,10 @@ def test_the_given_psf_is_a_copy_that_cannot_change() -> None:
 def test_what_is_no_psf_is_refused(wrong) -> None:
     with pytest.raises(CrfDeblurError):
         GivenPsf(wrong)
+
+
+def test_a_psf_that_was_scaled_stays_the_same_to_the_last_bit() -> None:
+    random = np.random.default_rng(2)
+    for side in (3, 9, 31):
+        once = GivenPsf(random.random((side, side + 4)))
+        np.testing.assert_array_equal(GivenPsf(once.psf).psf, once.psf)

@@ -14,6 +14,7 @@ from napari_crfdeblur.response import (
     Polynomial,
     ResponseCurve,
     Tabulated,
+    Tuned,
     dorf_mean,
     monotone,
 )
@@ -31,6 +32,9 @@ CURVES: list[ResponseCurve] = [
     dorf_mean(),
     Emor((1.5, -0.6, 0.1)),
     Emor((-1.0, 0.4)),
+    Tuned(SRGB(), gamma=1.3),
+    Tuned(Gamma(2.2), (0.5, -0.2), 0.8),
+    Tuned(Tabulated(np.array([0, 0.1, 0.5, 1]), np.array([0, 0.35, 0.8, 1])), (-0.4,)),
 ]
 GRID = np.linspace(0, 1, 1001).reshape(7, 143)
 each_curve = pytest.mark.parametrize("curve", CURVES, ids=repr)
@@ -103,8 +107,9 @@ def test_input_is_not_modified(curve):
         lambda: Polynomial((0.5, 0.5)),
         lambda: GeneralizedGamma((0.5,)),
         lambda: Emor((0.2, 0.1)),
+        lambda: Tuned(SRGB(), (0.2, 0.1), 1.1),
     ],
-    ids=["identity", "srgb", "gamma", "polynomial", "generalized gamma", "emor"],
+    ids=["identity", "srgb", "gamma", "polynomial", "generalized gamma", "emor", "tuned"],
 )
 def test_curves_given_by_numbers_compare_and_hash_by_them(make):
     assert make() == make()

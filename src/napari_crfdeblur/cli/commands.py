@@ -30,7 +30,7 @@ from ..pipeline import (
     deblurring,
     estimating_responses,
     finding_blur,
-    profiles_for,
+    gathering_profiles,
     seeking_edges,
 )
 from ..psf import PsfEstimate
@@ -104,7 +104,7 @@ def estimate(arguments: Namespace) -> None:
     groups = [
         group
         for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
-        for group in profiles_for(method, photo, own, index)
+        for group in run(gathering_profiles(method, photo, own, index))
     ]
     found = run(estimating_responses(groups, method))
     if arguments.output:

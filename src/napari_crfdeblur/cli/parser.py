@@ -218,7 +218,10 @@ def _edges(command: ArgumentParser) -> None:
         "--edges", type=Path, metavar="FILE", help="edges to use (.json) instead of finding them"
     )
     command.add_argument(
-        "--save-edges", type=Path, metavar="FILE", help="write the edges that were found (.json)"
+        "--save-edges",
+        type=Path,
+        metavar="FILE",
+        help="write the edges that were found (.json, or .csv for a spreadsheet)",
     )
     command.add_argument(
         "--blur-extent",

@@ -3,7 +3,7 @@
 from .base import Edge, EdgeStatus, Line, Point, Rectangle
 from .detect import find_edges, finding_edges
 from .extent import estimate_blur_extent, estimating_blur_extent
-from .refine import refine_edges
+from .refine import refine_edges, refining_edges
 
 __all__ = [
     "Edge",
@@ -16,4 +16,5 @@ __all__ = [
     "find_edges",
     "finding_edges",
     "refine_edges",
+    "refining_edges",
 ]

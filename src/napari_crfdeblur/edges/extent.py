@@ -71,6 +71,7 @@ def widest(image: Image, scales: Sequence[float]) -> Job[float | None]:
     found = []
     for scale in scales:
         if scale < min(image.shape[:2]) / 3:
+            yield Progress("width of the edges", 0, STRONGEST)
             lines = find_segments(image, scale)[:STRONGEST]
             edges = yield from following(image, lines, scale, "width of the edges")
             found.append([edge for edge in edges if edge.good])

@@ -10,6 +10,7 @@ import numpy as np
 
 from .._typing import FloatArray, Image
 from ..photo import check_image
+from ..progress import Job, Progress, drain
 from .base import Edge, EdgeStatus, Line, Rectangle
 from .checks import (
     LEAST_CONTRAST,
@@ -43,11 +44,19 @@ def refine_edges(
     tuple of Edge
         The longest usable part of each edge, or the reason why there is none.
     """
+    return drain(refining_edges(image, lines, blur_extent=blur_extent))
+
+
+def refining_edges(
+    image: Image, lines: Sequence[Line | Rectangle], *, blur_extent: float
+) -> Job[tuple[Edge, ...]]:
+    """Job of :func:`refine_edges`: reports progress, can be stopped."""
     check_image(image)
     check_extent(blur_extent)
     image = readable(image)
     edges = []
-    for line in lines:
+    for number, line in enumerate(lines):
+        yield Progress("edges", number, len(lines))
         frame, capture = drawn(image, line, blur_extent)
         parts = refine(image, frame, Search(capture, blur_extent))
         edges.append(max(parts, key=lambda e: (e.good, e.length)))

@@ -8,7 +8,7 @@ import numpy as np
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..profiles.base import ProfileGroup
-from ..progress import Job
+from ..progress import Job, Progress
 from ..psf.base import as_psf
 from ..psf.projection import project
 from .base import ResponseEstimate, ResponseFit
@@ -63,7 +63,10 @@ class KnownPsf(ResponseFit):
                 "there are no profiles to compare with the PSF; "
                 "add straight edges between two even areas"
             )
-        spreads = {_key(g): self._spreads(g) for g in usable}
+        spreads = {}
+        for group in usable:
+            yield Progress("response", 0, 1)
+            spreads[_key(group)] = self._spreads(group)
 
         def distance(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
             candidates = spreads[_key(rows.group)]

@@ -1,8 +1,10 @@
-"""Edges from and to JSON files: lines and rectangles that a user drew, or found edges."""
+"""Edges from and to files: lines and rectangles that a user drew, or found edges."""
 
+import csv
 import json
 from collections.abc import Sequence
-from math import isfinite
+from io import StringIO
+from math import degrees, isfinite
 from pathlib import Path
 from typing import Any
 
@@ -11,20 +13,41 @@ from ..errors import CrfDeblurError
 from .files import check_input, check_output, write_text
 
 FORMAT, VERSION = "crfdeblur-edges", 1
-SUFFIXES = (".json",)
+SUFFIXES = (".json", ".csv")  # that are written; only JSON is read
+COLUMNS = (
+    *("number", "start_row", "start_column", "end_row", "end_column", "angle"),
+    *("polarity", "width", "contrast", "status", "message"),
+)
 
 
 def write_edges(path: Path, edges: Sequence[Edge]) -> None:
-    """Write edges with what is known of them as JSON, whole or not at all."""
+    """Write edges with what is known of them, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        File that ends in ``.json``, which :func:`read_edges` reads, or in ``.csv``, for a
+        spreadsheet: a row for each edge.
+    edges : sequence of Edge
+        Good ones and rejected ones.
+    """
     check_output(path, SUFFIXES)
-    content = {"format": FORMAT, "version": VERSION, "edges": [_entry(e) for e in edges]}
-    write_text(path, json.dumps(content, indent=1) + "\n")
+    if path.suffix.lower() == ".csv":
+        write_text(path, _table(edges))
+    else:
+        write_text(path, json.dumps(edges_content(edges), indent=1) + "\n")
+
+
+def edges_content(edges: Sequence[Edge]) -> dict[str, Any]:
+    """What a JSON file of edges holds, as ``json`` takes it."""
+    return {"format": FORMAT, "version": VERSION, "edges": [_entry(e) for e in edges]}
 
 
 def read_edges(path: Path) -> tuple[Line | Rectangle, ...]:
     """Read where edges are: each has ``start`` and ``end``, or the 4 ``corners`` of a rectangle.
 
-    Points are [row, column] in pixels. Found edges that were rejected are passed over.
+    Only JSON is read. Points are [row, column] in pixels. Found edges that were rejected are
+    passed over.
 
     Raises
     ------
@@ -59,6 +82,19 @@ def _entry(edge: Edge) -> dict[str, Any]:
         "status": edge.status.name.lower(),
         "message": edge.status.value,
     }
+
+
+def _table(edges: Sequence[Edge]) -> str:
+    """A row of :data:`COLUMNS` for each edge: pixels, and the angle of its normal in degrees."""
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for number, edge in enumerate(edges):
+        known = (edge.polarity, edge.width, edge.contrast)
+        status = (edge.status.name.lower(), edge.status.value)
+        angle = degrees(edge.orientation)
+        writer.writerow((number, *edge.start, *edge.end, angle, *known, *status))
+    return text.getvalue()
 
 
 def _line(entry: Any) -> Line | Rectangle:

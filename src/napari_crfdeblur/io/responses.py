@@ -28,17 +28,21 @@ def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
         One for all channels, or one for each of R, G, B.
     """
     check_output(path, SUFFIXES)
+    write_text(path, json.dumps(responses_content(estimates), indent=1) + "\n")
+
+
+def responses_content(estimates: Sequence[ResponseEstimate]) -> dict[str, Any]:
+    """What a response file holds, as ``json`` takes it: 1 or 3 estimates with their bands."""
     if len(estimates) not in (1, 3):
         raise ValueError(f"expected 1 or 3 estimates, got {len(estimates)}")
     names = ["all"] if len(estimates) == 1 else ["R", "G", "B"]
-    content = {
+    return {
         "format": FORMAT,
         "version": VERSION,
         "direction": DIRECTION,
         "software": f"napari-crfdeblur {__version__}",
         "channels": [_channel(n, e) for n, e in zip(names, estimates, strict=True)],
     }
-    write_text(path, json.dumps(content, indent=1) + "\n")
 
 
 def read_responses(path: Path) -> tuple[Tabulated, ...]:
@@ -54,25 +58,43 @@ def read_responses(path: Path) -> tuple[Tabulated, ...]:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
         raise CrfDeblurError(f"{path}: not a JSON file ({error}); give a response file") from error
+    return responses_from(content, str(path))
+
+
+def responses_from(content: Any, where: str) -> tuple[Tabulated, ...]:
+    """The response of each channel, or the one of all, from what a response file holds.
+
+    Parameters
+    ----------
+    content : object
+        As :func:`responses_content` made it, or as ``json`` read it.
+    where : str
+        Where it came from, for messages, such as the name of the file.
+
+    Raises
+    ------
+    CrfDeblurError
+        Not a response of this format, of the wrong direction, not increasing.
+    """
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise CrfDeblurError(
-            f'{path}: not a response file: "format" is not "{FORMAT}"; '
+            f'{where}: not a response file: "format" is not "{FORMAT}"; '
             "make one with `crfdeblur estimate PHOTO -o FILE.json`"
         )
     if content.get("version") != VERSION:
         raise CrfDeblurError(
-            f"{path}: response files of version {content.get('version')} are not known; "
+            f"{where}: response files of version {content.get('version')} are not known; "
             "update napari-crfdeblur"
         )
     if content.get("direction") != DIRECTION:
         raise CrfDeblurError(
-            f'{path}: the direction is "{content.get("direction")}", where "{DIRECTION}" '
+            f'{where}: the direction is "{content.get("direction")}", where "{DIRECTION}" '
             "(intensity to irradiance) is expected; swap the two lists and the direction"
         )
     channels = content.get("channels")
     if not isinstance(channels, list) or len(channels) not in (1, 3):
-        raise CrfDeblurError(f"{path}: expected 1 or 3 channels; estimate the response again")
-    return tuple(_curve(path, channel) for channel in channels)
+        raise CrfDeblurError(f"{where}: expected 1 or 3 channels; estimate the response again")
+    return tuple(_curve(channel, where) for channel in channels)
 
 
 def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
@@ -89,19 +111,19 @@ def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
     }
 
 
-def _curve(path: Path, channel: Any) -> Tabulated:
+def _curve(channel: Any, where: str) -> Tabulated:
     try:
         intensity = np.asarray(channel["intensity"], dtype=np.float64)
         irradiance = np.asarray(channel["irradiance"], dtype=np.float64)
     except (KeyError, TypeError, ValueError) as error:
         raise CrfDeblurError(
-            f'{path}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
+            f'{where}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
             "estimate the response again"
         ) from error
     try:
         return Tabulated(irradiance=irradiance, intensity=intensity)
     except ValueError as error:
         raise CrfDeblurError(
-            f"{path}: the response must increase strictly from 0 to 1 ({error}); mend the file "
+            f"{where}: the response must increase strictly from 0 to 1 ({error}); mend the file "
             "or estimate the response again"
         ) from error

@@ -3,7 +3,7 @@
 from .align import Alignment, CommonShape, EndPoints
 from .base import ProfileGroup, ProfileSource, of_channel
 from .group import ByEdge, ByOrientation, ByPolarity, Grouping
-from .sample import Channels, sample_profiles
+from .sample import Channels, sample_profiles, sampling_profiles
 
 __all__ = [
     "Alignment",
@@ -18,4 +18,5 @@ __all__ = [
     "ProfileSource",
     "of_channel",
     "sample_profiles",
+    "sampling_profiles",
 ]

@@ -1,8 +1,9 @@
 """From edges to groups of profiles."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from itertools import count
 from math import cos
 
 import numpy as np
@@ -11,6 +12,7 @@ from .._typing import BoolArray, FloatArray, Image
 from ..edges.base import Edge, Line
 from ..edges.strip import Frame
 from ..photo import check_image, luminance
+from ..progress import Job, Progress, drain
 from .align import Alignment, CommonShape, Rows
 from .base import ProfileGroup, ProfileSource
 from .fine import HALF, FineProfile, Fit, fit_profile, gather, rounding_variance
@@ -99,23 +101,44 @@ def sample_profiles(
     list of ProfileGroup
         The group with the most profiles first; empty if no edge is good.
     """
+    job = sampling_profiles(
+        image, edges, grouping=grouping, alignment=alignment, channels=channels, index=index
+    )
+    return drain(job)
+
+
+def sampling_profiles(
+    image: Image,
+    edges: Sequence[Edge],
+    *,
+    grouping: Grouping | None = None,
+    alignment: Alignment | None = None,
+    channels: Channels = Channels.SEPARATE,
+    index: int = 0,
+) -> Job[list[ProfileGroup]]:
+    """Job of :func:`sample_profiles`: reports progress, can be stopped."""
     check_image(image)
     grouping = grouping or ByOrientation()
     alignment = alignment or CommonShape()
+    good = [i for i, edge in enumerate(edges) if edge.good]
+    # Every edge is gathered, and then measured about its own origin.
+    reports = (Progress("profiles", done, 2 * len(good)) for done in count())
+    yield next(reports)
     if channels is Channels.LUMINANCE:
         image = luminance(image)
-    good = [i for i, edge in enumerate(edges) if edge.good]
     clusters = cluster(
         [edges[i].orientation for i in good],
         [edges[i].length * edges[i].contrast for i in good],
         grouping.tolerance,
     )
-    bundles = [gather_cluster(image, edges, good, c) for c in clusters]
+    bundles = []
+    for members in clusters:
+        bundles.append((yield from gathering_cluster(image, edges, good, members, reports)))
     bundles = [b for b in bundles if len(b.rows.edge)]
-    groups: list[ProfileGroup] = []
     shifts = alignment.shifts([b.rows for b in bundles]) if bundles else []
+    groups: list[ProfileGroup] = []
     for bundle, shift in zip(bundles, shifts, strict=True):
-        group = bundle.group(shift, index)
+        group = yield from bundle.measuring(shift, index, reports)
         groups += grouping.split(group) if len(group) else []
     return sorted(groups, key=len, reverse=True)
 
@@ -132,22 +155,28 @@ class Bundle:
     rows: Rows
     floor: float
 
-    def group(self, shift: FloatArray, index: int) -> ProfileGroup:
-        """The group of profiles about the given origin of each edge, shape (E,)."""
-        fits = [
-            measure(fine, self.span, origin, self.floor)
-            for fine, origin in zip(self.fine, shift, strict=True)
-        ]
+    def measuring(
+        self, shift: FloatArray, index: int, reports: Iterator[Progress]
+    ) -> Job[ProfileGroup]:
+        """Long job: the group of profiles about the given origin of each edge, shape (E,)."""
+        fits = []
+        for fine, origin in zip(self.fine, shift, strict=True):
+            yield next(reports)
+            fits.append(measure(fine, self.span, origin, self.floor))
+        return self.group(fits, index)
+
+    def group(self, fits: Sequence["Measured"], index: int) -> ProfileGroup:
+        """The group of the profiles of all edges, without those that are not usable."""
         inside = np.array([np.isfinite(f.sides).all() and f.fit.count.min() >= 1 for f in fits])
         keep = self.usable & inside[:, None]
         sources = [ProfileSource(index, self.edges[e], int(c)) for e, c in np.argwhere(keep)]
-        count = np.stack([np.broadcast_to(f.fit.count, f.fit.value.shape) for f in fits])
+        pixels = np.stack([np.broadcast_to(f.fit.count, f.fit.value.shape) for f in fits])
         sides = np.stack([f.sides for f in fits])[keep]
         return ProfileGroup(
             position=self.span.position,
             intensity=np.stack([f.fit.value for f in fits])[keep],
             variance=np.stack([f.fit.variance for f in fits])[keep],
-            count=count[keep],
+            count=pixels[keep],
             sides=sides,
             sides_variance=np.stack([f.sides_variance for f in fits])[keep],
             orientation=self.orientation,
@@ -166,15 +195,22 @@ class Measured:
     spread: FloatArray
 
 
-def gather_cluster(
-    image: Image, edges: Sequence[Edge], good: Sequence[int], members: Cluster
-) -> Bundle:
-    """Pixels of all edges of one orientation, seen in one direction."""
+def gathering_cluster(
+    image: Image,
+    edges: Sequence[Edge],
+    good: Sequence[int],
+    members: Cluster,
+    reports: Iterator[Progress],
+) -> Job[Bundle]:
+    """Long job: pixels of all edges of one orientation, seen in one direction."""
     numbers = [good[i] for i in members.members]
     span = common_span([edges[i].width for i in numbers])
-    fine = [seen_along(image, edges[i], members.orientation, span) for i in numbers]
     floor = rounding_variance(image)
-    fits = [measure(f, span, 0.0, floor) for f in fine]
+    fine, fits = [], []
+    for number in numbers:
+        yield next(reports)
+        fine.append(seen_along(image, edges[number], members.orientation, span))
+        fits.append(measure(fine[-1], span, 0.0, floor))
     usable = np.stack([usable_channels(f) for f in fits])
     some = np.flatnonzero(usable.any(axis=1))
     return Bundle(

@@ -9,7 +9,9 @@ from numpy.typing import ArrayLike
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
-from ..progress import Job, drain
+from ..progress import Job, Progress, drain
+
+SCALED = 1e-14  # distance of the sum from 1 that rounding leaves
 
 
 class PsfStatus(Enum):
@@ -58,10 +60,12 @@ def estimating_psf(linear: FloatArray, method: PsfEstimator) -> Job[PsfEstimate]
     linear = np.asarray(linear)
     if linear.ndim not in (2, 3) or linear.size == 0:
         raise ValueError(f"expected an image (M, N) or (M, N, 3), got {linear.shape}")
+    yield Progress("PSF", 0, 1)
     if not np.isfinite(linear).all():
         raise CrfDeblurError(
             "the image has pixels that are not finite (NaN or infinity); replace them first"
         )
+    yield Progress("PSF", 0, 1)
     gray = linear if linear.ndim == 2 else linear[..., :3].mean(axis=2)
     return (yield from method.run(np.asarray(gray, dtype=np.float32)))
 
@@ -115,7 +119,9 @@ def as_psf(values: ArrayLike) -> FloatArray:
     if psf.sum() <= 0:
         raise CrfDeblurError("the PSF is zero everywhere; give one that shows the blur")
     padded = np.pad(psf, [(0, 1 - side % 2) for side in psf.shape])
-    return np.asarray(padded / padded.sum())
+    # What was scaled before stays as it is, so that a PSF that is stored comes back the same.
+    total = padded.sum()
+    return padded if abs(total - 1) < SCALED else np.asarray(padded / total)
 
 
 def centered(psf: FloatArray) -> FloatArray:

@@ -82,6 +82,7 @@ class XuJia(PsfEstimator):
                 f"find a PSF of {self.size} pixels in it: three times the PSF is needed; "
                 "choose a smaller PSF size or a larger image"
             )
+        yield Progress("blind PSF", 0, self._steps)
         plane = np.asarray(
             informative_region(linear, max(self.region, 3 * self.size), self.size), np.float32
         )
@@ -113,9 +114,8 @@ class XuJia(PsfEstimator):
             edges = predictor.predict(psf, LAST)
             fit = KernelFit.of(edges, measured, self.size)
             psf = recentered(cleaned(fit.refine(psf, SPARSITY), NOISE[1]))
-        figures = diagnose(predictor.predict(psf, LAST), measured, psf, SMOOTHNESS)
         yield Progress("blind PSF", self._steps, self._steps)
-        return psf, figures
+        return psf, diagnose(predictor.predict(psf, LAST), measured, psf, SMOOTHNESS)
 
     @property
     def _steps(self) -> int:

@@ -4,6 +4,7 @@ from .base import ResponseCurve
 from .basis import Emor, dorf_mean, emor_table
 from .parametric import SRGB, Gamma, GeneralizedGamma, Identity, Polynomial
 from .tabulated import Tabulated, monotone
+from .tuned import Tuned, tuned
 
 __all__ = [
     "SRGB",
@@ -14,7 +15,9 @@ __all__ = [
     "Polynomial",
     "ResponseCurve",
     "Tabulated",
+    "Tuned",
     "dorf_mean",
     "emor_table",
     "monotone",
+    "tuned",
 ]

@@ -1,5 +1,6 @@
 """EMoR, the empirical model of response: a mean curve plus a few basis curves."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cache
 from importlib.resources import files
@@ -26,6 +27,14 @@ def emor_table() -> FloatArray:
     return table
 
 
+def emor_sum(weights: Sequence[float]) -> FloatArray:
+    """Samples of ``w_0 f0(E) + w_1 h_1(E) + ... + w_n h_n(E)``, shape (1024,)."""
+    table = emor_table()
+    if len(weights) > len(table):
+        raise ValueError(f"expected at most 25 coefficients, got {len(weights) - 1}")
+    return np.asarray(np.asarray(weights) @ table[: len(weights)])
+
+
 @dataclass(frozen=True, slots=True)
 class Emor(ResponseCurve):
     """EMoR response: ``f(E) = f0(E) + c_1 h_1(E) + ... + c_n h_n(E)``, n at most 25.
@@ -44,11 +53,7 @@ class Emor(ResponseCurve):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "coefficients", tuple(float(c) for c in self.coefficients))
-        table = emor_table()
-        if len(self.coefficients) >= len(table):
-            raise ValueError(f"expected at most 25 coefficients, got {len(self.coefficients)}")
-        weights = np.concatenate([[1.0], self.coefficients])
-        samples = weights @ table[: weights.size]
+        samples = emor_sum((1.0, *self.coefficients))
         if not np.isfinite(samples).all() or np.any(np.diff(samples) <= 0):
             raise ValueError("expected coefficients of a strictly increasing curve")
         irradiance = np.linspace(0.0, 1.0, samples.size)

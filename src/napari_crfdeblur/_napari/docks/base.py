@@ -1,0 +1,191 @@
+"""What all widgets have in common: the photo on top, progress and messages below."""
+
+from abc import abstractmethod
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+from magicgui.widgets import ComboBox, Container, FloatSpinBox, Label, ProgressBar, PushButton
+from magicgui.widgets.bases import Widget
+from napari import current_viewer
+from napari.components import ViewerModel
+from napari.layers import Image as ImageLayer
+from napari.layers import Layer
+from napari.utils.theme import get_theme
+
+from ...errors import CrfDeblurError
+from ..provenance import KEY
+from ..session import Session
+from ..steps import Level, Message, Step
+from ..tasks import Runner
+
+# Amber and red that can be read on a dark and on a light ground.
+SHADES = {
+    "dark": {Level.DOUBT: "#f2b544", Level.ERROR: "#ff8a80"},
+    "light": {Level.DOUBT: "#8a5a00", Level.ERROR: "#b71c1c"},
+}
+
+
+class Dock(Container[Widget]):
+    """A widget: a photo, the controls of one part of the path, progress, and a message.
+
+    Parameters
+    ----------
+    napari_viewer : napari.components.ViewerModel, optional
+        By default the viewer that is open.
+
+    Raises
+    ------
+    ValueError
+        No viewer is given and none is open.
+    """
+
+    def __init__(self, napari_viewer: ViewerModel | None = None) -> None:
+        viewer = napari_viewer if napari_viewer is not None else current_viewer()
+        if viewer is None:
+            raise ValueError("expected a viewer, got none and none is open")
+        super().__init__(labels=False)
+        self.session = Session.of(viewer)
+        self.runner = Runner.of(self.session)
+        self._photo = ComboBox(
+            label="photo",
+            choices=self._photos,
+            nullable=True,
+            value=None,
+            tooltip="image layer to work on; its results are named after it",
+        )
+        self._white = FloatSpinBox(
+            label="white level",
+            min=0,
+            max=1e12,
+            step=1,
+            value=0,
+            tooltip="pixel value of the brightest light that the camera can record; "
+            "0: the full scale of the kind of number (255, 65535, or 1 for floats)",
+        )
+        self._bar = ProgressBar(visible=False, tooltip="how far the step is")
+        self._cancel = PushButton(
+            text="Cancel", visible=False, tooltip="stop the step; nothing has changed then"
+        )
+        self._message = Label(value="")
+        self._message.native.setWordWrap(True)
+        self._buttons: list[PushButton] = []
+        progress: list[Widget] = [self._bar, self._cancel]
+        self.append(Container(widgets=[self._photo, self._white]))
+        self.extend(self.body())
+        self.append(Container(widgets=progress, layout="horizontal", labels=False))
+        self.append(self._message)
+        self._connect()
+        self.refresh()
+
+    @abstractmethod
+    def body(self) -> list[Widget]:
+        """Controls between the photo and the progress."""
+
+    @abstractmethod
+    def step(self) -> Step[Any, Any]:
+        """What :meth:`run` does, with the values of the controls."""
+
+    @property
+    def photo(self) -> ImageLayer | None:
+        """The photo of the session."""
+        return self.session.photo
+
+    @photo.setter
+    def photo(self, layer: ImageLayer | None) -> None:
+        self.session.photo = layer
+
+    @property
+    def busy(self) -> bool:
+        """Whether a step of any widget of the session is under way."""
+        return self.runner.busy
+
+    def run(self, block: bool = True) -> Any:
+        """Do what the main button does.
+
+        Parameters
+        ----------
+        block : bool
+            Wait for the end and return the result, errors raised; otherwise work in a thread,
+            errors shown.
+        """
+        return self.begin(self.step, block=block)
+
+    def cancel(self) -> None:
+        """Stop what is under way; nothing has changed then."""
+        self.runner.cancel()
+
+    def begin(self, make: Callable[[], Step[Any, Any]], *, block: bool = False) -> Any:
+        """Run the step that `make` gives; in a thread, with errors shown, unless it blocks."""
+        if block:
+            return self.session.do(make())
+        self.attempt(lambda: self.runner.start(make()))
+        return None
+
+    def attempt(self, act: Callable[[], Any]) -> None:
+        """Do something quick; what the photo does not permit is shown as a message."""
+        try:
+            act()
+        except (CrfDeblurError, ValueError) as error:
+            self.session.say(str(error), Level.ERROR)
+
+    def button(self, text: str, tooltip: str, act: Callable[[], Any]) -> PushButton:
+        """A button that starts a step, and is off while one is under way."""
+        button = PushButton(text=text, tooltip=tooltip)
+        button.changed.connect(lambda: act())
+        self._buttons.append(button)
+        return button
+
+    def refresh(self) -> None:
+        """Show the photo of the session and how far its step is."""
+        self._photo.reset_choices()
+        with self._photo.changed.blocked(), self._white.changed.blocked():
+            self._photo.value = self.session.photo
+            self._white.value = self.session.white or 0
+        self._show_progress()
+
+    def _photos(self, _: Any) -> list[tuple[str, Layer]]:
+        """Image layers that can be photos: not the linear light, PSFs and previews made here."""
+        images = [layer for layer in self.session.viewer.layers if isinstance(layer, ImageLayer)]
+        kinds = ("deblurred", None)
+        photos = [i for i in images if type(i) is ImageLayer]
+        return [(i.name, i) for i in photos if i.metadata.get(KEY, {}).get("kind") in kinds]
+
+    def _connect(self) -> None:
+        session, viewer = self.session, self.session.viewer
+        session.photo_changed.connect(self.refresh)
+        session.said.connect(self._say)
+        self.runner.changed.connect(self._show_progress)
+        viewer.layers.events.inserted.connect(self._inserted)
+        viewer.layers.events.removed.connect(self.refresh)
+        for layer in viewer.layers:
+            layer.events.name.connect(self.refresh)
+        self._photo.changed.connect(self._choose_photo)
+        self._white.changed.connect(self._choose_white)
+        self._cancel.changed.connect(self.cancel)
+
+    def _inserted(self, event: Any) -> None:
+        event.value.events.name.connect(self.refresh)
+        self.refresh()
+
+    def _choose_photo(self, layer: ImageLayer | None) -> None:
+        self.attempt(lambda: setattr(self.session, "photo", layer))
+
+    def _choose_white(self, value: float) -> None:
+        self.attempt(lambda: setattr(self.session, "white", value or None))
+
+    def _show_progress(self) -> None:
+        busy, progress = self.runner.busy, self.runner.progress
+        self._bar.visible = self._cancel.visible = busy and self.visible
+        for button in self._buttons:
+            button.enabled = not busy
+        if busy:
+            self._bar.max = progress.total if progress else 0  # 0: somewhere between
+            self._bar.value = progress.done if progress else 0
+            title = str(self.runner.title)
+            self._message.value = f"{title}: {progress.stage}" if progress else title
+
+    def _say(self, message: Message) -> None:
+        shade = SHADES[get_theme(self.session.viewer.theme).type].get(message.level)
+        text = escape(message.text)
+        self._message.value = f'<span style="color: {shade}">{text}</span>' if shade else text

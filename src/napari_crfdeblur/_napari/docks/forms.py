@@ -1,0 +1,151 @@
+"""Forms for method objects: one control for each field, with the field's own documentation."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
+from inspect import cleandoc
+from typing import Any
+
+from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, SpinBox
+from magicgui.widgets.bases import ValueWidget, Widget
+from psygnal import Signal
+
+LARGEST = 1e6
+
+
+class MethodForm(Container[Widget]):
+    """A choice between methods, and the fields of the chosen one, hidden until asked for.
+
+    Parameters
+    ----------
+    label : str
+        What the methods do.
+    methods : mapping of str to object
+        Frozen dataclasses by name, with the values to begin with; None for "decide later".
+    chosen : str
+        Name of the method to begin with.
+    tooltip : str
+        What is chosen here.
+
+    Attributes
+    ----------
+    edited : Signal
+        Emitted when another method is chosen or a field has changed.
+    """
+
+    edited = Signal()
+
+    def __init__(self, label: str, methods: Mapping[str, Any], chosen: str, tooltip: str) -> None:
+        super().__init__(labels=False)
+        self._methods = dict(methods)
+        self._choice = ComboBox(label=label, choices=list(methods), value=chosen, tooltip=tooltip)
+        self._more = CheckBox(
+            text="parameters", value=False, tooltip="show the parameters of the method"
+        )
+        self._fields: Container[ValueWidget[Any]] = Container(visible=False)
+        self.extend([Container(widgets=[self._choice]), self._more, self._fields])
+        self._choice.changed.connect(self._rebuild)
+        self._more.changed.connect(self._show_fields)
+        self._rebuild()
+
+    @property
+    def chosen(self) -> str:
+        """Name of the chosen method."""
+        return str(self._choice.value)
+
+    @chosen.setter
+    def chosen(self, name: str) -> None:
+        self._choice.value = name
+
+    @property
+    def method(self) -> Any:
+        """The chosen method with the values of its fields.
+
+        Raises
+        ------
+        ValueError
+            A value that the method does not take.
+        """
+        method = self._methods[self.chosen]
+        return None if method is None else _read(method, self._fields)
+
+    def _rebuild(self) -> None:
+        self._fields.clear()
+        method = self._methods[self.chosen]
+        if method is not None:
+            self._fields.extend(_controls(method))
+        for control in self._fields:
+            control.changed.connect(self.edited.emit)
+        self._more.enabled = len(self._fields) > 0
+        self._show_fields()
+        self.edited.emit()
+
+    def _show_fields(self) -> None:
+        self._fields.visible = bool(self._more.value) and len(self._fields) > 0
+
+
+def documented(kind: type) -> dict[str, str]:
+    """Description of each parameter in a numpydoc docstring, as plain text."""
+    text = cleandoc(kind.__doc__ or "").partition("Parameters\n----------\n")[2]
+    text = re.split(r"\n\n?[A-Z]\w+\n-+\n", text)[0]
+    found = re.findall(r"^(\w+(?:, \w+)*) : [^\n]*\n((?:[ ]+[^\n]*\n?|\n(?=[ ]))+)", text, re.M)
+    return {
+        name: re.sub(r":\w+:`~?\.?([^`]*)`|`+", r"\1", " ".join(body.split()))
+        for names, body in found
+        for name in names.split(", ")
+    }
+
+
+def _controls(method: Any, prefix: str = "") -> list[ValueWidget[Any]]:
+    """A control for each field of a method, those of nested methods included."""
+    described = documented(type(method))
+    controls = []
+    for field in fields(method):
+        if not field.init:
+            continue
+        value, name = getattr(method, field.name), prefix + field.name
+        if is_dataclass(value):
+            controls += _controls(value, name + "_")
+        else:
+            tooltip = described.get(field.name, field.name)
+            control = _control(name, value, "None" in str(field.type), tooltip)
+            controls += [] if control is None else [control]
+    return controls
+
+
+def _control(name: str, value: Any, optional: bool, tooltip: str) -> ValueWidget[Any] | None:
+    options: dict[str, Any] = {
+        "name": name,
+        "label": name.replace("_", " "),
+        "tooltip": tooltip + (" (0: automatic)" if optional else ""),
+    }
+    if isinstance(value, bool):
+        return CheckBox(value=value, **options)
+    if isinstance(value, Enum):
+        choices = [(str(member.value), member) for member in type(value)]
+        return ComboBox(value=value, choices=choices, **options)
+    if isinstance(value, int):
+        return SpinBox(value=value, min=0, max=int(LARGEST), **options)
+    if isinstance(value, float) or (value is None and optional):
+        step = 10 ** _magnitude(value) if value else 0.001
+        return FloatSpinBox(value=value or 0, min=0, max=LARGEST, step=step, **options)
+    return None
+
+
+def _magnitude(value: float) -> int:
+    """Power of ten of the digit after the first of a positive value."""
+    return int(f"{value:e}".partition("e")[2]) - 1
+
+
+def _read(method: Any, controls: Container[ValueWidget[Any]], prefix: str = "") -> Any:
+    changes: dict[str, Any] = {}
+    for field in fields(method):
+        value, name = getattr(method, field.name), prefix + field.name
+        if field.init and is_dataclass(value):
+            changes[field.name] = _read(value, controls, name + "_")
+        elif field.init and name in {control.name for control in controls}:
+            given = controls[name].value
+            optional = "None" in str(field.type)
+            changes[field.name] = None if optional and not given else given
+    return replace(method, **changes)

@@ -1,0 +1,225 @@
+"""The jobs of a session: each takes arrays and gives a record, and touches no layer."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from .._typing import FloatArray, Image
+from ..deconvolution import Deconvolver, deconvolving
+from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges, refining_edges
+from ..errors import CrfDeblurError
+from ..estimate import ResponseFit
+from ..io import read_photo
+from ..linear import Response, linearize, reapply
+from ..photo import check_photo, color
+from ..pipeline import (
+    DeblurOptions,
+    estimating_responses,
+    gathering_profiles,
+    seeking_edges,
+    suited_estimator,
+    with_alpha_of,
+)
+from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
+from ..progress import Job, Progress
+from ..psf import PsfEstimate, PsfEstimator, estimating_psf
+from .layers import Region, Source, planes_of
+from .state import EdgeSet, Fitted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Restoration:
+    """One restored region: linear, sharp linear, and the photo in its own numbers."""
+
+    linear: FloatArray
+    sharp_linear: FloatArray
+    photo: Image
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Other:
+    """A further photo of the same camera: a plane of a layer, or a file."""
+
+    name: str
+    load: Callable[[], Image]
+    edges: tuple[Edge, ...] | None = None
+
+    @classmethod
+    def of_file(cls, path: Path) -> "Other":
+        """A photo in a file, its edges found automatically."""
+        return cls(path.name, lambda: read_photo(path))
+
+
+def finding_edge_set(
+    source: Source, plane: Region, extent: float | None, keep: Sequence[Edge] = ()
+) -> Job[EdgeSet]:
+    """Long job: straight edges of a plane beside those to keep, and their profiles."""
+    photo = yield from _loading(source, plane)
+    extent = extent or (yield from estimating_blur_extent(photo))
+    edges = yield from finding_edges(photo, blur_extent=extent)
+    return (yield from _profiled(photo, (*keep, *edges), extent, plane))
+
+
+def refining_edge_set(
+    source: Source,
+    plane: Region,
+    items: Sequence[Edge | Line | Rectangle],
+    extent: float | None,
+) -> Job[EdgeSet]:
+    """Long job: edges as they are, and lines and rectangles refined, all in their order."""
+    photo = yield from _loading(source, plane)
+    extent = extent or (yield from estimating_blur_extent(photo))
+    drawn = [item for item in items if not isinstance(item, Edge)]
+    refined = iter((yield from refining_edges(photo, drawn, blur_extent=extent)))
+    edges = tuple(item if isinstance(item, Edge) else next(refined) for item in items)
+    return (yield from _profiled(photo, edges, extent, plane))
+
+
+def fitting_response(
+    source: Source,
+    found: EdgeSet | None,
+    method: ResponseFit | Sequence[ResponseFit],
+    others: Sequence[Other] = (),
+) -> Job[Fitted]:
+    """Long job: the response from the edges of a photo, and of others of the same camera."""
+    groups: list[ProfileGroup] = []
+    if found is not None:
+        photo = yield from _loading(source, found.plane)
+        groups += yield from gathering_profiles(method, photo, found.edges)
+    for index, other in enumerate(others, start=1):
+        yield Progress(f"edges of {other.name}", index - 1, len(others))
+        photo = other.load()
+        try:
+            check_photo(photo)
+        except CrfDeblurError as error:
+            raise CrfDeblurError(f"{other.name}: {error}") from error
+        edges = other.edges or (yield from seeking_edges(photo, DeblurOptions()))
+        groups += yield from gathering_profiles(method, photo, edges, index)
+    estimates = yield from estimating_responses(groups, method)
+    return Fitted(estimates, tuple(groups), found)
+
+
+def linearizing(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
+    """Long job: a region in linear light, (..., M, N) or (..., M, N, 3), plane by plane."""
+    linear: FloatArray | None = None
+    planes = list(planes_of(region))
+    for done, plane in enumerate(planes):
+        yield Progress("linearizing", done, len(planes))
+        photo = source.photo(plane)
+        check_photo(photo)
+        light = linearize(color(photo), curve)
+        if linear is None:
+            linear = np.empty((len(planes), *light.shape), dtype=light.dtype)
+        linear[done] = light
+    return _stacked(linear, region)
+
+
+def seeking_psf(
+    source: Source,
+    region: Region,
+    curve: Response,
+    extent: float | None,
+    method: PsfEstimator | None,
+) -> Job[PsfEstimate]:
+    """Long job: the PSF of a plane or a part of it; its size is judged if no method is given."""
+    photo = yield from _loading(source, region)
+    linear = linearize(color(photo), curve)
+    if method is None:
+        extent = extent or (yield from estimating_blur_extent(photo))
+        method = suited_estimator(linear, extent)
+    return (yield from estimating_psf(linear, method))
+
+
+def sharpening(
+    linear: FloatArray, region: Region, psf: FloatArray, method: Deconvolver
+) -> Job[FloatArray]:
+    """Long job: a linear region deconvolved plane by plane."""
+    sharp = np.empty_like(linear)
+    stack = linear.shape[: len(region) - 2]
+    planes = list(np.ndindex(stack))
+    for done, index in enumerate(planes):
+        job = deconvolving(linear[index], psf, method)
+        sharp[index] = yield from (_nth(job, done, len(planes)) if len(planes) > 1 else job)
+    return sharp
+
+
+def recording(source: Source, region: Region, sharp: FloatArray, curve: Response) -> Job[Image]:
+    """Long job: the response applied again, in the numbers of the photo, alpha kept."""
+    planes = list(planes_of(region))
+    stack = sharp.shape[: len(region) - 2]
+    photos: Image | None = None
+    for done, (plane, index) in enumerate(zip(planes, np.ndindex(stack), strict=True)):
+        yield Progress("re-applying the response", done, len(planes))
+        photo = source.photo(plane)
+        recorded = with_alpha_of(photo, reapply(sharp[index], curve, photo.dtype))
+        recorded = source.recorded(recorded)
+        if photos is None:
+            photos = np.empty((len(planes), *recorded.shape), dtype=recorded.dtype)
+        photos[done] = recorded
+    return _stacked(photos, region)
+
+
+def restoring(
+    source: Source, region: Region, curve: Response, psf: FloatArray, method: Deconvolver
+) -> Job[Restoration]:
+    """Long job: the second half of the path for a region."""
+    linear = yield from linearizing(source, region, curve)
+    sharp = yield from sharpening(linear, region, psf, method)
+    photo = yield from recording(source, region, sharp, curve)
+    return Restoration(linear, sharp, photo)
+
+
+def previewing(
+    source: Source, region: Region, curve: Response, psf: FloatArray, method: Deconvolver
+) -> Job[Image]:
+    """Long job: a region restored with a margin, so that its borders are those of the whole."""
+    *stack, rows, columns = region
+    reach = [side // 2 for side in psf.shape]
+    wide = [
+        slice(max(part.start - margin, 0), min(part.stop + margin, side))
+        for part, margin, side in zip((rows, columns), reach, source.shape[-2:], strict=True)
+    ]
+    whole = yield from restoring(source, (*stack, *wide), curve, psf, method)
+    inner = [
+        slice(part.start - outer.start, part.stop - outer.start)
+        for part, outer in zip((rows, columns), wide, strict=True)
+    ]
+    rows, columns = inner
+    photo = whole.photo[..., rows, columns, :] if source.rgb else whole.photo[..., rows, columns]
+    return np.ascontiguousarray(photo)
+
+
+def _loading(source: Source, plane: Region) -> Job[Image]:
+    yield Progress("reading the photo", 0, 1)
+    photo = source.photo(plane)
+    check_photo(photo)
+    return photo
+
+
+def _profiled(photo: Image, edges: Sequence[Edge], extent: float, plane: Region) -> Job[EdgeSet]:
+    groups = yield from sampling_profiles(photo, edges, grouping=ByOrientation())
+    return EdgeSet(tuple(edges), tuple(groups), extent, plane)
+
+
+def _stacked(planes: Image | None, region: Region) -> Image:
+    if planes is None:
+        raise CrfDeblurError("the stack has no slices: choose another layer")
+    stack = [axis.stop - axis.start for axis in region[:-2]]
+    return planes.reshape(*stack, *planes.shape[1:])
+
+
+def _nth(job: Job[FloatArray], number: int, count: int) -> Job[FloatArray]:
+    """A job whose progress is the share of the whole stack that is done."""
+    try:
+        while True:
+            progress = next(job)
+            done = number * progress.total + progress.done
+            title = f"{progress.stage}, slice {number + 1} of {count}"
+            yield Progress(title, done, count * progress.total)
+    except StopIteration as stop:
+        result: FloatArray = stop.value
+        return result
+    finally:
+        job.close()

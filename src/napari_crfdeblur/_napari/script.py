@@ -1,0 +1,139 @@
+"""What was done in a session, as a Python script that does it again without a display."""
+
+from dataclasses import MISSING, fields, is_dataclass
+from enum import Enum
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .provenance import actions_of
+
+HEAD = '''"""Deblur {name} as in the napari window; made by napari-crfdeblur {version}."""
+
+{imports}
+
+viewer = ViewerModel()
+{opening}
+session = Session(viewer, photo{white})
+'''
+TAIL = """
+if session.state.restored is not None:
+    write_photo(Path("{stem}-deblurred{suffix}"), session.state.restored.data)
+session.save("{stem}-session.json")
+"""
+
+
+def as_script(record: dict[str, Any]) -> str:
+    """The steps of a session record as a Python script.
+
+    Parameters
+    ----------
+    record : dict
+        As of :meth:`Session.record`, or the metadata of a layer.
+
+    Returns
+    -------
+    str
+        Reads the photo from its file, or from the path given as the first argument if it was
+        made in memory; does the same steps with the same arguments, and writes the result.
+    """
+    names: set[tuple[str, str]] = {("napari.components", "ViewerModel")}
+    names |= {("napari_crfdeblur", "Session"), ("napari_crfdeblur.io", "write_photo")}
+    names |= {("pathlib", "Path")}
+    lines = []
+    for action in actions_of(record, "the session"):
+        arguments = [f"{k}={expression(v, names)}" for k, v in action.arguments.items()]
+        lines.append(f"session.{action.verb}({', '.join(arguments)})")
+    source = record["source"]
+    opening, stem = _opening(source, names)
+    white = "" if source["white"] is None else f", white={source['white']!r}"
+    suffix = ".png" if source["dtype"] in ("uint8", "uint16") else ".tif"
+    head = HEAD.format(
+        name=source["name"],
+        version=record["software"]["napari-crfdeblur"],
+        imports=_imports(names),
+        opening=opening,
+        white=white,
+    )
+    return head + "\n".join(lines) + "\n" + TAIL.format(stem=stem, suffix=suffix)
+
+
+def expression(value: Any, names: set[tuple[str, str]]) -> str:
+    """Python source of a value: plain, an array, a member of an Enum, or a frozen method.
+
+    Parameters
+    ----------
+    value : object
+        What was passed to a verb.
+    names : set of (str, str)
+        Gets the module and name of everything that the source refers to.
+    """
+    if isinstance(value, Enum):
+        _refer(type(value), names)
+        return f"{type(value).__name__}.{value.name}"
+    if isinstance(value, np.ndarray):
+        names.add(("numpy", ""))
+        return f"np.array({value.tolist()!r})"
+    if is_dataclass(value) and not isinstance(value, type):
+        _refer(type(value), names)
+        given = [
+            f"{f.name}={expression(getattr(value, f.name), names)}"
+            for f in fields(value)
+            if f.init and not _is_default(value, f)
+        ]
+        return f"{type(value).__name__}({', '.join(given)})"
+    if isinstance(value, tuple):
+        inner = ", ".join(expression(item, names) for item in value)
+        return f"({inner},)" if len(value) == 1 else f"({inner})"
+    if isinstance(value, list):
+        return f"[{', '.join(expression(item, names) for item in value)}]"
+    return repr(value)
+
+
+def _is_default(value: Any, field: Any) -> bool:
+    default = field.default
+    if default is MISSING and field.default_factory is not MISSING:
+        default = field.default_factory()
+    given = getattr(value, field.name)
+    return default is not MISSING and not isinstance(given, np.ndarray) and given == default
+
+
+def _refer(kind: type, names: set[tuple[str, str]]) -> None:
+    """Import a class from the shortest module that offers it."""
+    parts = kind.__module__.split(".")
+    for length in range(2, len(parts) + 1):
+        home = ".".join(parts[:length])
+        if getattr(import_module(home), kind.__name__, None) is kind:
+            names.add((home, kind.__name__))
+            return
+
+
+def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, str]:
+    """The line that opens the photo, and the stem of the results' names."""
+    name = source["name"]
+    if source["sample"]:
+        plugin, sample = source["sample"]
+        return f"(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
+    names |= {("napari_crfdeblur.io", "read_photo")}
+    if source["path"]:
+        path = f"Path({source['path']!r})"
+        stem = Path(source["path"]).stem
+    else:
+        names.add(("sys", ""))
+        path, stem = "Path(sys.argv[1])", "photo"
+    return f"photo = viewer.add_image(read_photo({path}), name={name!r})", stem
+
+
+def _imports(names: set[tuple[str, str]]) -> str:
+    """Import lines: modules first, then names, as ruff sorts them."""
+    modules = {"numpy": "import numpy as np", "sys": "import sys"}
+    whole = [modules[module] for module, name in sorted(names) if not name]
+    homes: dict[str, list[str]] = {}
+    for module, name in sorted(names):
+        if name:
+            homes.setdefault(module, []).append(name)
+    return "\n".join(
+        [*whole, *(f"from {module} import {', '.join(found)}" for module, found in homes.items())]
+    )

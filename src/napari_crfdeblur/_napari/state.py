@@ -1,0 +1,171 @@
+"""What a session knows of a photo: frozen records, one for each stage of the path."""
+
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from napari.layers import Image as ImageLayer
+
+from ..edges import Edge
+from ..estimate import ResponseEstimate
+from ..linear import Response
+from ..pipeline import joint_curve
+from ..profiles import ProfileGroup
+from ..psf import PsfEstimate
+from .layers import Region
+
+UNDO_DEPTH = 50
+REPLACED = {"set_edges", "set_response", "set_psf"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EdgeSet:
+    """The edges of one plane of the photo.
+
+    Parameters
+    ----------
+    edges : tuple of Edge
+        All of them, the rejected ones with their reason.
+    groups : tuple of ProfileGroup
+        Profiles of the good ones, by orientation, the largest group first.
+    extent : float
+        Width in pixels of the blurred edges that was reckoned with.
+    plane : tuple of slice
+        Where in the stack they lie; all rows and columns.
+    """
+
+    edges: tuple[Edge, ...]
+    groups: tuple[ProfileGroup, ...]
+    extent: float
+    plane: Region
+
+    def group_of(self, number: int) -> int:
+        """Number of the orientation group of an edge, -1 if it is in none."""
+        for group, profiles in enumerate(self.groups):
+            if any(source.edge == number for source in profiles.sources):
+                return group
+        return -1
+
+    @property
+    def widest(self) -> float:
+        """Width in pixels of the widest good edge, or what was reckoned with."""
+        return max((edge.width for edge in self.edges if edge.good), default=self.extent)
+
+    def intensity_range(self, number: int) -> tuple[float, float] | None:
+        """Lowest and highest intensity of an edge's sides over all channels, if sampled."""
+        sides = [
+            level
+            for group in self.groups
+            for row, source in enumerate(group.sources)
+            if source.edge == number
+            for level in group.sides[row]
+        ]
+        return (float(min(sides)), float(max(sides))) if sides else None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fitted:
+    """A response, and what it was found from.
+
+    Parameters
+    ----------
+    estimates : tuple of ResponseEstimate
+        One for all channels, or one for each.
+    groups : tuple of ProfileGroup
+        Profiles that went into it; empty if it was given.
+    edges : EdgeSet or None
+        Edges of the photo at that time; None if it was given.
+    """
+
+    estimates: tuple[ResponseEstimate, ...]
+    groups: tuple[ProfileGroup, ...] = ()
+    edges: EdgeSet | None = None
+
+    @property
+    def curve(self) -> Response:
+        """The curve of all channels, or the curves of each."""
+        return joint_curve(self.estimates)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Linear:
+    """A layer in linear light, and the response that made it so."""
+
+    layer: ImageLayer
+    region: Region
+    fitted: Fitted
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sharp:
+    """A deconvolved layer in linear light, and the linear layer that it was made of."""
+
+    layer: ImageLayer
+    linear: Linear
+
+
+def _left_out(value: Any) -> bool:
+    return value is None or value is False or (isinstance(value, tuple) and not value)
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """A step that was done, so that it can be stored, shown as a script and repeated.
+
+    Parameters
+    ----------
+    verb : str
+        Name of the session's method.
+    arguments : dict
+        By name; only those that differ from the defaults.
+    """
+
+    verb: str
+    arguments: dict[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, verb: str, **arguments: Any) -> "Action":
+        """An action without the arguments that were left at None, False or nothing."""
+        given = {k: v for k, v in arguments.items() if not _left_out(v)}
+        return cls(verb, given)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """All that is known of one photo; a step that fails leaves it as it was."""
+
+    edges: EdgeSet | None = None
+    fitted: Fitted | None = None
+    psf: PsfEstimate | None = None
+    linear: Linear | None = None
+    sharp: Sharp | None = None
+    restored: ImageLayer | None = None
+    actions: tuple[Action, ...] = ()
+    undo: tuple[EdgeSet | None, ...] = ()
+    redo: tuple[EdgeSet | None, ...] = ()
+
+    def after(self, *actions: Action, **changes: Any) -> "State":
+        """The state after some actions; of edges and curves set one after the other, the last."""
+        done = list(self.actions)
+        for action in actions:
+            if done and done[-1].verb == action.verb and action.verb in REPLACED:
+                done.pop()
+            done.append(action)
+        return replace(self, actions=tuple(done), **changes)
+
+    def with_edges(self, edges: EdgeSet | None) -> "State":
+        """The state with other edges; those before can be had again by undo."""
+        return replace(self, edges=edges, undo=(*self.undo, self.edges)[-UNDO_DEPTH:], redo=())
+
+    def undone(self) -> "State | None":
+        """The state before the last change of the edges; None if there was none."""
+        if not self.undo:
+            return None
+        *undo, edges = self.undo
+        return replace(self, edges=edges, undo=tuple(undo), redo=(*self.redo, self.edges))
+
+    def redone(self) -> "State | None":
+        """The state before the last undo; None if there was none."""
+        if not self.redo:
+            return None
+        *redo, edges = self.redo
+        return replace(self, edges=edges, undo=(*self.undo, self.edges), redo=tuple(redo))

@@ -1,0 +1,66 @@
+"""Steps that change the PSF."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from napari.layers import Image as ImageLayer
+
+from ..._typing import FloatArray
+from ...progress import Job, Progress
+from ...psf import PsfEstimate, PsfEstimator, PsfStatus, as_psf
+from .. import jobs, outputs
+from ..layers import Span, pairs
+from ..state import Action
+from .base import Step, at_once
+
+if TYPE_CHECKING:
+    from ..session import Session
+
+
+def estimating_psf(
+    session: "Session",
+    method: PsfEstimator | None = None,
+    *,
+    region: Sequence[Span] | None = None,
+) -> Step[PsfEstimate, PsfEstimate]:
+    """Step of :meth:`Session.estimate_psf`."""
+    photo, source = session.source()
+    fitted = session.required_response()
+    where = session.plane(None) if region is None else session.region(region)
+    edges = session.state.edges
+    extent = edges.widest if edges else None
+    action = Action.of(
+        "estimate_psf", method=method, region=None if region is None else pairs(where)
+    )
+
+    @at_once
+    def finish(psf: PsfEstimate) -> PsfEstimate:
+        session.say_trust(psf=psf)
+        return _put(session, photo, psf, action)
+
+    job = jobs.seeking_psf(source, where, fitted.curve, extent, method)
+    return Step("estimating the PSF", job, finish)
+
+
+def setting_psf(session: "Session", psf: FloatArray) -> Step[PsfEstimate, PsfEstimate]:
+    """Step of :meth:`Session.set_psf`."""
+    photo, _ = session.source()
+    given = PsfEstimate(as_psf(psf), PsfStatus.GIVEN)
+    action = Action.of("set_psf", psf=given.psf)
+
+    def job() -> Job[PsfEstimate]:
+        yield Progress("given PSF", 0, 1)
+        return given
+
+    @at_once
+    def finish(estimate: PsfEstimate) -> PsfEstimate:
+        return _put(session, photo, estimate, action)
+
+    return Step("taking the PSF", job(), finish)
+
+
+def _put(session: "Session", photo: ImageLayer, psf: PsfEstimate, action: Action) -> PsfEstimate:
+    state = session.state_of(photo).after(action, psf=psf)
+    outputs.show_psf(session, photo, psf, state)
+    session.commit(photo, state)
+    return psf

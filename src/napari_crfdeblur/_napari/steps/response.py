@@ -1,0 +1,79 @@
+"""Steps that change the response."""
+
+from collections.abc import Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from napari.layers import Image as ImageLayer
+
+from ...estimate import GivenResponse, RankMinimization, ResponseFit
+from ...linear import Response
+from ...progress import Job, Progress
+from ...response import ResponseCurve
+from .. import jobs
+from ..jobs import Other
+from ..layers import shown_plane, source_of, unwrapped
+from ..state import Action, Fitted
+from .base import Step, at_once
+
+if TYPE_CHECKING:
+    from ..session import Session
+
+
+def estimating_response(
+    session: "Session",
+    method: ResponseFit | None = None,
+    *,
+    per_channel: bool = False,
+    others: Sequence[ImageLayer | Path | str] = (),
+) -> Step[Fitted, Fitted]:
+    """Step of :meth:`Session.estimate_response`."""
+    photo, source = session.source()
+    edges = session.required_edges()
+    further = [_other(session, other) for other in others]
+    named = tuple(other.name for other in further)
+    action = Action.of("estimate_response", method=method, per_channel=per_channel, others=named)
+
+    @at_once
+    def finish(fitted: Fitted) -> Fitted:
+        session.commit(photo, session.state_of(photo).after(action, fitted=fitted))
+        session.say_trust(fitted)
+        return fitted
+
+    fit = method or RankMinimization()
+    job = jobs.fitting_response(source, edges, [fit] * 3 if per_channel else fit, further)
+    return Step("estimating the response", job, finish)
+
+
+def setting_response(session: "Session", curve: Response) -> Step[Fitted, Fitted]:
+    """Step of :meth:`Session.set_response`."""
+    photo, _ = session.source()
+    curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
+    if len(curves) not in (1, 3):
+        raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
+    action = Action.of("set_response", curve=curves[0] if len(curves) == 1 else curves)
+
+    def job() -> Job[Fitted]:
+        yield Progress("given response", 0, 1)
+        return Fitted(tuple(GivenResponse(one).estimate() for one in curves))
+
+    @at_once
+    def finish(fitted: Fitted) -> Fitted:
+        session.commit(photo, session.state_of(photo).after(action, fitted=fitted))
+        return fitted
+
+    return Step("taking the response", job(), finish)
+
+
+def _other(session: "Session", other: ImageLayer | Path | str) -> Other:
+    """A further photo, by layer, by the name of a layer, or by file."""
+    if isinstance(other, str) and other in session.viewer.layers:
+        other = session.viewer.layers[other]
+    if isinstance(other, str | Path):
+        return Other.of_file(Path(other))
+    other = unwrapped(other)
+    source = source_of(other, session.white_of(other))
+    edges = session.state_of(other).edges
+    plane = edges.plane if edges else shown_plane(session.viewer, other)
+    return Other(other.name, partial(source.photo, plane), edges.edges if edges else None)

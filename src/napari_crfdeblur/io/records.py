@@ -1,0 +1,191 @@
+"""Methods, curves, edges and results as JSON, for provenance and saved sessions.
+
+Texts, whole numbers, finite floats, None, lists and dicts are their own records. All else is a
+dict that names its ``"type"``: an object of a stage with its fields, a choice with its name, an
+array, a float that JSON lacks, a dict that has a key ``"type"`` itself.
+"""
+
+from collections.abc import Callable
+from dataclasses import fields, is_dataclass
+from enum import Enum
+from math import isfinite
+from pathlib import Path
+from types import UnionType
+from typing import Any, TypeAlias, Union, get_args, get_origin, get_type_hints
+
+import numpy as np
+
+from .. import deconvolution, edges, estimate, profiles, psf, response
+from .._typing import Image
+from ..errors import CrfDeblurError
+
+Record: TypeAlias = Any
+"""What ``json`` writes and reads: None, bool, int, float, str, list or dict of such."""
+
+STAGES = (response, edges, profiles, psf, estimate, deconvolution)
+MEMBERS: dict[str, type[Any]] = {
+    member.__name__: member
+    for stage in STAGES
+    for member in (getattr(stage, name) for name in stage.__all__)
+    if isinstance(member, type) and (is_dataclass(member) or issubclass(member, Enum))
+}
+"""The classes that have records, by name: all that the stages export and that hold values."""
+
+# What is raised for content that makes no sense, by the constructors too.
+DAMAGED = (AttributeError, LookupError, OverflowError, TypeError, ValueError)
+
+
+def to_record(value: object) -> Record:
+    """What JSON can hold of a value; :func:`from_record` makes the value of it again.
+
+    Parameters
+    ----------
+    value : object
+        A method, curve, edge, result or choice that a stage exports, an array of real
+        numbers, None, a bool, a number, a text, or a list, tuple or dict of these. A path
+        becomes a text, and a number of numpy a plain one.
+
+    Raises
+    ------
+    CrfDeblurError
+        A value of another type.
+    """
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)) and not isinstance(value, Enum):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        number = float(value)
+        return number if isfinite(number) else {"type": "float", "value": str(number)}
+    if isinstance(value, (str, Path)) and not isinstance(value, Enum):
+        return str(value)
+    if isinstance(value, (list, tuple)):
+        return [to_record(each) for each in value]
+    if isinstance(value, dict) and all(isinstance(key, str) for key in value):
+        items = {str(key): to_record(each) for key, each in value.items()}
+        return {"type": "dict", "items": items} if "type" in items else items
+    if isinstance(value, np.ndarray) and value.dtype.kind in "biuf" and value.itemsize <= 8:
+        return _record_of_array(value)
+    return None if value is None else _record_of_member(value)
+
+
+def from_record(record: Record) -> Any:
+    """Make the value of which :func:`to_record` made a record; lists become tuples.
+
+    Parameters
+    ----------
+    record : object
+        As it was made, or as it came back from a JSON file.
+
+    Raises
+    ------
+    CrfDeblurError
+        Of an unknown type, with a field too few or too many, or with a value that cannot be.
+    """
+    if record is None or isinstance(record, (bool, int, float, str)):
+        return record
+    if isinstance(record, (list, tuple)):
+        return tuple(from_record(each) for each in record)
+    if isinstance(record, dict) and "type" not in record:
+        return {key: from_record(each) for key, each in record.items()}
+    name = record["type"] if isinstance(record, dict) else type(record).__name__
+    if not isinstance(name, str) or name not in {*READERS, *MEMBERS}:
+        raise CrfDeblurError(
+            f'records of type "{name}" are not known; update napari-crfdeblur, or take the '
+            "record out of the file"
+        )
+    content = {key: each for key, each in record.items() if key != "type"}
+    try:
+        return READERS[name](content) if name in READERS else _member(MEMBERS[name], content)
+    except DAMAGED as error:
+        raise CrfDeblurError(
+            f'a record of type "{name}" is damaged ({error}); mend the file or make it again'
+        ) from error
+
+
+def _record_of_member(value: object) -> Record:
+    name = type(value).__name__
+    if MEMBERS.get(name) is not type(value):
+        raise CrfDeblurError(
+            f"a value of type {name} cannot be recorded; keep to numbers, texts, arrays and the "
+            "objects of the stages"
+        )
+    if isinstance(value, Enum):
+        return {"type": name, "name": value.name}
+    return {"type": name} | {key: to_record(getattr(value, key)) for key in _hints(type(value))}
+
+
+def _member(cls: type[Any], content: dict[str, Record]) -> object:
+    """An object of a stage; its constructor checks the values, and this their types."""
+    if issubclass(cls, Enum):
+        return cls[content["name"]]
+    hints = _hints(cls)
+    if content.keys() != hints.keys():
+        raise ValueError(f"expected the fields {[*hints]}, got {[*content]}")
+    values = {key: from_record(each) for key, each in content.items()}
+    for key, value in values.items():
+        if not _fits(value, hints[key]):
+            raise ValueError(f"expected {key} of type {hints[key]}, got {value!r:.80}")
+    return cls(**values)
+
+
+def _hints(cls: type[Any]) -> dict[str, Any]:
+    """Types of the fields that the constructor takes, by name."""
+    hints = get_type_hints(cls)
+    return {field.name: hints[field.name] for field in fields(cls) if field.init}
+
+
+def _fits(value: object, hint: Any) -> bool:
+    """Whether a value is of the type of a field."""
+    origin, inner = get_origin(hint), get_args(hint)
+    if origin in (Union, UnionType):
+        return any(_fits(value, each) for each in inner)
+    if origin is tuple and isinstance(value, tuple):
+        wanted = inner[:1] * len(value) if inner[-1] is Ellipsis else inner
+        return len(value) == len(wanted) and all(map(_fits, value, wanted))
+    if origin is dict and isinstance(value, dict):
+        return all(_fits(each, inner[1]) for each in value.values())
+    kind = origin or hint
+    if isinstance(value, bool):
+        return kind is bool
+    return isinstance(value, (int, float) if kind is float else kind)
+
+
+def _record_of_array(array: Image) -> Record:
+    finite = array.dtype.kind != "f" or bool(np.isfinite(array).all())
+    return {
+        "type": "array",
+        "dtype": array.dtype.name,
+        "shape": list(array.shape),
+        # Numbers that JSON lacks are written as texts, which become numbers again.
+        "data": array.tolist() if finite else _texts(array.tolist()),
+    }
+
+
+def _texts(data: Any) -> Record:
+    if isinstance(data, list):
+        return [_texts(each) for each in data]
+    return data if isfinite(data) else str(data)
+
+
+def _array(content: dict[str, Record]) -> Image:
+    dtype, shape = np.dtype(content["dtype"]), tuple(int(side) for side in content["shape"])
+    if dtype.kind not in "biuf":
+        raise ValueError(f"expected real numbers, got {dtype}")
+    array: Image = np.array(content["data"], dtype=dtype)
+    if array.size == 0 and 0 in shape:  # nested lists do not tell all sides of an empty array
+        return array.reshape(shape)
+    if array.shape != shape:
+        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
+    return array
+
+
+def _items(content: dict[str, Record]) -> dict[str, Any]:
+    return {key: from_record(each) for key, each in content["items"].items()}
+
+
+READERS: dict[str, Callable[[dict[str, Record]], Any]] = {
+    "array": _array,
+    "dict": _items,
+    "float": lambda content: float(content["value"]),
+}
