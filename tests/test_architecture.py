@@ -37,8 +37,8 @@ STAGES = [
     "report",
     "demo",
     "cli",
-    "__init__",
     "_napari",
+    "__init__",
 ]
 GUI = {"napari", "magicgui", "qtpy", "superqt", "vispy", "npe2"}
 QT = {"PyQt5", "PyQt6", "PySide2", "PySide6"}

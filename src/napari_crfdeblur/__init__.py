@@ -2,7 +2,8 @@
 
 One verb per stage: :func:`find_edges`, :func:`sample_profiles`, :func:`estimate_response`,
 :func:`linearize`, :func:`estimate_psf`, :func:`deconvolve`, :func:`reapply`; and
-:func:`deblur` for the whole path. Each stage's methods are objects of its module, for example
+:func:`deblur` for the whole path; :class:`Session` does the same on the layers of a napari
+viewer. Each stage's methods are objects of its module, for example
 ``napari_crfdeblur.deconvolution.HyperLaplacian``.
 """
 
@@ -12,6 +13,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
+    from ._napari.session import Session
     from .deconvolution import deconvolve
     from .edges import Edge, find_edges, refine_edges
     from .errors import CrfDeblurError
@@ -31,6 +33,7 @@ __all__ = [
     "PsfEstimate",
     "ResponseCurve",
     "ResponseEstimate",
+    "Session",
     "__version__",
     "deblur",
     "deconvolve",
@@ -53,6 +56,7 @@ _HOMES = {
     "PsfEstimate": "psf",
     "ResponseCurve": "response",
     "ResponseEstimate": "estimate",
+    "Session": "_napari.session",
     "deblur": "pipeline",
     "deconvolve": "deconvolution",
     "estimate_psf": "psf",

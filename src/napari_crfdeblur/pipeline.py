@@ -234,6 +234,7 @@ def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]
 
 
 def edges_needed(options: DeblurOptions) -> bool:
+    """Whether the path has to look for edges: for the response, or for the size of the PSF."""
     methods = [options.response] if isinstance(options.response, ResponseFit) else options.response
     return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
 
@@ -249,11 +250,13 @@ def suited_estimator(photo: Image, extent: float) -> PsfEstimator:
 
 
 def suited_deconvolver(psf: PsfEstimate) -> Deconvolver:
+    """The default method, which allows for the errors of an estimated PSF."""
     given = psf.status is PsfStatus.GIVEN
     return HyperLaplacian() if given else HyperLaplacian(model_error=BLIND_ERROR)
 
 
 def with_alpha_of(photo: Image, colors: Image) -> Image:
+    """The colors with the alpha channel of the photo, if it has one."""
     if photo.ndim == 3 and photo.shape[2] == ALPHA:
         return np.concatenate([colors, photo[..., 3:]], axis=2)
     return colors

@@ -57,7 +57,7 @@ def show_preview(
     """Show a restored part of the photo in place, instead of the last one."""
     remove_preview(session, photo)
     layer = like(photo, name_of(photo, PREVIEW), pixels, region)
-    layer.metadata[KEY] = {"preview_of": photo.name}
+    layer.metadata[KEY] = {"kind": PREVIEW}
     return _front(session, layer)
 
 

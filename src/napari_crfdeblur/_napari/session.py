@@ -1,6 +1,7 @@
 """One working session on the photos of a viewer: its state and its verbs; without Qt."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary, WeakValueDictionary
@@ -25,7 +26,7 @@ from . import layers, provenance, script, steps
 from .drawing import EdgeDrawing
 from .layers import Region, Source, Span
 from .state import Action, EdgeSet, Fitted, State
-from .steps import Level, Message, Step
+from .steps import BatchResult, Level, Message, Step
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -34,19 +35,6 @@ NO_PHOTO = "there is no photo yet: open one, or choose an image layer"
 NO_EDGES = "there are no edges yet: find them automatically, or draw some"
 NO_RESPONSE = "there is no response yet: estimate it, load one, or choose gamma 2.2 or sRGB"
 NO_PSF = "there is no PSF yet: estimate it, load one, or make one"
-REPEATABLE = (
-    "detect_edges",
-    "set_edges",
-    "estimate_response",
-    "set_response",
-    "estimate_psf",
-    "set_psf",
-    "linearize",
-    "deconvolve",
-    "reapply",
-    "compare_with",
-)
-
 _SESSIONS: WeakValueDictionary[int, "Session"] = WeakValueDictionary()
 
 
@@ -378,6 +366,39 @@ class Session:
         """
         return self.do(steps.deblurring(self, options))
 
+    def restore_layers(
+        self, photos: Sequence[ImageLayer], method: Deconvolver | None = None
+    ) -> BatchResult:
+        """Restore other photos with the response and the PSF of this one, as layers.
+
+        Parameters
+        ----------
+        photos : sequence of napari.layers.Image
+            Photos and stacks of the same camera with the same blur.
+        method : Deconvolver, optional
+            As in :meth:`deconvolve`.
+        """
+        return self.do(steps.restoring_layers(self, photos, method))
+
+    def restore_files(
+        self,
+        paths: Sequence[Path | str],
+        folder: Path | str,
+        method: Deconvolver | None = None,
+    ) -> BatchResult:
+        """Restore files with the response and the PSF of this photo.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+            Photos of the same camera with the same blur; a bad one is passed over.
+        folder : Path
+            Where ``NAME-deblurred`` files are written; made if it is missing.
+        method : Deconvolver, optional
+            As in :meth:`deconvolve`.
+        """
+        return self.do(steps.restoring_files(self, paths, folder, method))
+
     def flip(self) -> None:
         """Show the photo instead of its restored version, or the other way round."""
         restored = self.state.restored
@@ -393,9 +414,29 @@ class Session:
         """What was done on the photo, as a Python script that runs without a display."""
         return script.as_script(self.record())
 
+    def export(self, what: str, path: Path | str) -> Path:
+        """Write a part of the session to a file.
+
+        Parameters
+        ----------
+        what : str
+            ``report``, ``response``, ``edges``, ``PSF``, ``session``, ``Python script``, or
+            ``plot of the`` ``response``, ``profiles``, ``edges`` or ``PSF``.
+        path : Path
+            Its suffix says the kind: ``.html`` or ``.png`` for the report, ``.json`` or
+            ``.csv`` for edges, ``.npy``, ``.tif`` or ``.png`` for the PSF, ``.png``, ``.svg``
+            or ``.pdf`` for plots, ``.json`` and ``.py`` for the rest.
+
+        Raises
+        ------
+        CrfDeblurError
+            There is no such part yet, or the file cannot be written.
+        """
+        return self.do(steps.exporting(self, what, path))
+
     def save(self, path: Path | str) -> None:
         """Save what was done, to be loaded and repeated."""
-        provenance.write_session(Path(path), self.record())
+        self.export("session", path)
 
     def repeat(self, saved: Path | str | dict[str, Any]) -> None:
         """Do on this photo what was done on another one.
@@ -405,14 +446,22 @@ class Session:
         saved : path or dict
             A session file, or what :meth:`record` or the metadata of a layer hold.
         """
+        for make in self.repeating(saved):
+            self.do(make())
+
+    def repeating(self, saved: Path | str | dict[str, Any]) -> list[Callable[[], Step[Any, Any]]]:
+        """The steps of :meth:`repeat`, each to be made when the one before is done."""
         if isinstance(saved, dict):
             actions = provenance.actions_of(saved, "the session")
         else:
             actions = provenance.read_session(Path(saved))
-        for action in actions:
-            if action.verb not in REPEATABLE:
-                raise CrfDeblurError(f"“{action.verb}” cannot be repeated; the session is damaged")
-            getattr(self, action.verb)(**action.arguments)
+        unknown = [action.verb for action in actions if action.verb not in steps.REPEATABLE]
+        if unknown:
+            raise CrfDeblurError(f"“{unknown[0]}” cannot be repeated; the session is damaged")
+        self._required_photo()
+        return [
+            partial(steps.REPEATABLE[action.verb], self, **action.arguments) for action in actions
+        ]
 
     # What steps need of a session.
 

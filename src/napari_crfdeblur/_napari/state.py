@@ -156,6 +156,19 @@ class State:
         """The state with other edges; those before can be had again by undo."""
         return replace(self, edges=edges, undo=(*self.undo, self.edges)[-UNDO_DEPTH:], redo=())
 
+    def with_tools(self, fitted: Fitted, psf: PsfEstimate) -> "State":
+        """The state as if the response and the PSF of another photo were given for this one."""
+        curves = tuple(estimate.curve for estimate in fitted.estimates)
+        return self.after(
+            Action.of("set_response", curve=curves[0] if len(curves) == 1 else curves),
+            Action.of("set_psf", psf=psf.psf),
+            Action.of("linearize"),
+            Action.of("deconvolve"),
+            Action.of("reapply"),
+            fitted=fitted,
+            psf=psf,
+        )
+
     def undone(self) -> "State | None":
         """The state before the last change of the edges; None if there was none."""
         if not self.undo:

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from threading import Event
-from typing import Any
+from typing import Any, TypeAlias
 from weakref import WeakValueDictionary
 
 from psygnal import Signal
@@ -18,6 +18,10 @@ from .steps import Effects, Level, Step, apply
 PERIOD = 20  # milliseconds between looks at a running job: seen as immediate
 
 
+Make: TypeAlias = Callable[[], Step[Any, Any]]
+"""Makes a step when its turn has come: from the session as the step before has left it."""
+
+
 class Stopped(Exception):
     """Raised inside a job that was cancelled, at its next report."""
 
@@ -27,6 +31,7 @@ class _Run:
     """A step under way."""
 
     step: Step[Any, Any]
+    following: tuple[Make, ...] = ()
     future: "Future[Any] | None" = None
     cancelled: Event = field(default_factory=Event)
     progress: Progress | None = None
@@ -70,10 +75,10 @@ class Lane:
         """How far it is, as far as is known."""
         return self._run.progress if self._run else None
 
-    def start(self, step: Step[Any, Any]) -> None:
-        """Run a step in the place of the one under way."""
+    def start(self, step: Step[Any, Any], *following: Make) -> None:
+        """Run a step in the place of the one under way, and then those that follow."""
         self.cancel()
-        self._run = _Run(step)
+        self._run = _Run(step, following)
         self._run.future = self._pool.submit(self._run.work)
         self._timer.start()
         self._on_change()
@@ -101,10 +106,11 @@ class Lane:
         try:
             if run.effects is None:
                 run.effects = run.step.finish(run.future.result())
-            next(run.effects)
-            goes_on = True
-        except StopIteration:
-            pass
+            goes_on = next(run.effects, self) is not self
+            if not goes_on and run.following:
+                self._run = None
+                make, *following = run.following
+                self.start(make(), *following)
         except (CrfDeblurError, ValueError) as error:
             self._session.say(f"{run.step.title}: {error}", Level.ERROR)
         finally:
@@ -169,8 +175,8 @@ class Runner:
         """How far it is, as far as is known."""
         return self._main.progress
 
-    def start(self, step: Step[Any, Any]) -> None:
-        """Run a step with progress.
+    def start(self, step: Step[Any, Any], *following: Make) -> None:
+        """Run a step with progress, and then those that follow, unless one fails.
 
         Raises
         ------
@@ -180,7 +186,7 @@ class Runner:
         if self.busy:
             step.job.close()
             raise CrfDeblurError(f"busy {self.title}: wait for its end, or cancel it")
-        self._main.start(step)
+        self._main.start(step, *following)
 
     def start_live(self, step: Step[Any, Any]) -> None:
         """Run a step beside the others, in the place of the last one of its kind."""

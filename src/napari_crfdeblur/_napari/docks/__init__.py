@@ -1,5 +1,6 @@
 """The widgets, one for each part of the path: thin views of the session that they share."""
 
+from .batch import BatchDock
 from .deblur import DeblurDock
 
-__all__ = ["DeblurDock"]
+__all__ = ["BatchDock", "DeblurDock"]

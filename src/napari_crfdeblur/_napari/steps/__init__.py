@@ -1,8 +1,13 @@
 """What a session does, step by step: each function makes the step of one of its verbs."""
 
+from collections.abc import Callable
+from typing import Any
+
 from .base import Effects, Level, Message, Step, apply
+from .batch import BatchResult, restoring_files, restoring_layers
 from .blur import estimating_psf, setting_psf
 from .edges import detecting_edges, setting_edges
+from .export import EXPORTS, exporting
 from .response import estimating_response, setting_response
 from .restore import (
     comparing,
@@ -15,6 +20,9 @@ from .restore import (
 )
 
 __all__ = [
+    "EXPORTS",
+    "REPEATABLE",
+    "BatchResult",
     "Effects",
     "Level",
     "Message",
@@ -26,11 +34,28 @@ __all__ = [
     "detecting_edges",
     "estimating_psf",
     "estimating_response",
+    "exporting",
     "linearizing",
     "previewing",
     "reapplying",
     "restoring",
+    "restoring_files",
+    "restoring_layers",
     "setting_edges",
     "setting_psf",
     "setting_response",
 ]
+
+# Verbs of a session that are recorded, and the steps that do them again.
+REPEATABLE: dict[str, Callable[..., Step[Any, Any]]] = {
+    "detect_edges": detecting_edges,
+    "set_edges": setting_edges,
+    "estimate_response": estimating_response,
+    "set_response": setting_response,
+    "estimate_psf": estimating_psf,
+    "set_psf": setting_psf,
+    "linearize": linearizing,
+    "deconvolve": deconvolving,
+    "reapply": reapplying,
+    "compare_with": comparing,
+}

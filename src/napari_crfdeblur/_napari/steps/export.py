@@ -1,0 +1,156 @@
+"""Steps that write files: the report, plots, and everything else that a session holds."""
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+from ...errors import CrfDeblurError
+from ...io import check_output, write_edges, write_psf, write_responses, write_text
+from ...io.files import replacing
+from ...progress import Job, Progress
+from ...report import (
+    Report,
+    draw_edges,
+    draw_photo,
+    draw_profiles,
+    draw_psf,
+    draw_response,
+    write_report,
+)
+from ...report.content import usual_curves
+from ..layers import source_of
+from ..provenance import write_session
+from .base import Step, at_once
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..session import Session
+
+PLOTS = (".png", ".svg", ".pdf")
+Write: TypeAlias = Callable[[Path], None]
+"""Writes what was taken from a session when the step was made; safe in any thread."""
+
+
+def exporting(session: "Session", what: str, path: Path | str) -> Step[Path, Path]:
+    """Step of :meth:`Session.export`."""
+    if what not in EXPORTS:
+        raise ValueError(f"expected one of {', '.join(EXPORTS)}, got {what}")
+    prepare, suffixes = EXPORTS[what]
+    check_output(Path(path), suffixes)
+    write = prepare(session)
+
+    def job() -> Job[Path]:
+        yield Progress(f"writing the {what}", 0, 1)
+        write(Path(path))
+        return Path(path)
+
+    @at_once
+    def finish(written: Path) -> Path:
+        session.say(f"wrote {written}")
+        return written
+
+    return Step(f"exporting the {what}", job(), finish)
+
+
+def _report(session: "Session") -> Write:
+    photo, source = session.source()
+    state = session.state
+    plane = state.edges.plane if state.edges else session.plane(None)
+    found = state.edges.groups if state.edges else ()
+    fitted = state.fitted
+    restored = None if state.restored is None else source_of(state.restored, session.white)
+    whole = restored is not None and restored.shape == source.shape
+
+    def write(path: Path) -> None:
+        report = Report(
+            title=photo.name,
+            photo=source.photo(plane),
+            edges=state.edges.edges if state.edges else (),
+            groups=(fitted.groups if fitted else ()) or found,
+            responses=fitted.estimates if fitted else (),
+            psf=state.psf,
+            sharp=restored.photo(plane) if restored is not None and whole else None,
+        )
+        write_report(path, report)
+
+    return write
+
+
+def _response(session: "Session") -> Write:
+    content = session.required_response().estimates
+    return lambda path: write_responses(path, content)
+
+
+def _edges(session: "Session") -> Write:
+    content = session.required_edges().edges
+    return lambda path: write_edges(path, content)
+
+
+def _psf(session: "Session") -> Write:
+    content = session.required_psf().psf
+    return lambda path: write_psf(path, content)
+
+
+def _session(session: "Session") -> Write:
+    content = session.record()
+    return lambda path: write_session(path, content)
+
+
+def _script(session: "Session") -> Write:
+    content = session.script()
+    return lambda path: write_text(path, content)
+
+
+def _response_plot(session: "Session") -> Write:
+    responses = session.required_response().estimates
+    return partial(_plot, lambda ax: draw_response(ax, responses, usual_curves()))
+
+
+def _profile_plot(session: "Session") -> Write:
+    groups, fitted = session.required_edges().groups, session.state.fitted
+    if not groups:
+        raise CrfDeblurError("there are no profiles: all edges were rejected")
+    curves = [estimate.curve for estimate in fitted.estimates] if fitted else []
+    return partial(_plot, lambda ax: draw_profiles(ax, groups[0], curves))
+
+
+def _edge_plot(session: "Session") -> Write:
+    found, (_, source) = session.required_edges(), session.source()
+
+    def draw(ax: "Axes") -> None:
+        draw_photo(ax, source.photo(found.plane))
+        draw_edges(ax, found.edges, found.groups)
+        ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0), fontsize=7, frameon=False)
+
+    return partial(_plot, draw)
+
+
+def _psf_plot(session: "Session") -> Write:
+    psf = session.required_psf().psf
+    return partial(_plot, lambda ax: draw_psf(ax, psf))
+
+
+EXPORTS: dict[str, tuple[Callable[["Session"], Write], tuple[str, ...]]] = {
+    "report": (_report, (".html", ".png")),
+    "response": (_response, (".json",)),
+    "edges": (_edges, (".json", ".csv")),
+    "PSF": (_psf, (".npy", ".tif", ".png")),
+    "session": (_session, (".json",)),
+    "Python script": (_script, (".py",)),
+    "plot of the response": (_response_plot, PLOTS),
+    "plot of the profiles": (_profile_plot, PLOTS),
+    "plot of the edges": (_edge_plot, PLOTS),
+    "plot of the PSF": (_psf_plot, PLOTS),
+}
+"""What can be written, by the name that the user reads, and in which kinds of file."""
+
+
+def _plot(draw: "Callable[[Axes], None]", path: Path) -> None:
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(6.4, 4.4), dpi=160, layout="constrained")
+    draw(figure.add_subplot())
+    with replacing(path) as temporary:
+        figure.savefig(temporary, format=path.suffix[1:].lower())
