@@ -88,6 +88,12 @@ def reapply(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) 
     return from_unit(interpolated, dtype)
 
 
+def clipped_share(linear: FloatArray) -> float:
+    """Share of the values of light outside [0, 1], lost when the response is applied."""
+    outside = np.count_nonzero(linear < 0) + np.count_nonzero(linear > 1)
+    return float(outside / linear.size)
+
+
 Apply: TypeAlias = Callable[[ResponseCurve, Image, Image], None]
 
 

@@ -24,7 +24,7 @@ from .estimate import (
     estimating_response,
 )
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
-from .linear import Response, linearize, reapply
+from .linear import Response, clipped_share, linearize, reapply
 from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from .progress import Job, drain
@@ -114,8 +114,7 @@ class Deblurred:
     @property
     def clipped(self) -> float:
         """Share of the deconvolved values outside [0, 1], lost when the response is applied."""
-        outside = np.count_nonzero(self.sharp_linear < 0) + np.count_nonzero(self.sharp_linear > 1)
-        return outside / self.sharp_linear.size
+        return clipped_share(self.sharp_linear)
 
 
 def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:

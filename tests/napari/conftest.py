@@ -7,6 +7,11 @@ import pytest
 from napari.components import ViewerModel
 from npe2 import PluginManager, PluginManifest
 
+from napari_crfdeblur import Session
+from napari_crfdeblur.psf import camera_shake
+from napari_crfdeblur.response import Gamma
+from napari_crfdeblur.simulate import Camera, Simulated, simulate, street
+
 NAME = "napari-crfdeblur"
 
 
@@ -28,3 +33,18 @@ def plugin(npe2pm: Any, manifest: PluginManifest) -> Iterator[PluginManager]:
 def viewer() -> ViewerModel:
     """A viewer without a window."""
     return ViewerModel()
+
+
+@pytest.fixture(scope="session")
+def blurred() -> Simulated:
+    """A small street in color, blurred by camera shake, of known response and PSF."""
+    psf = camera_shake(9, seed=3)
+    rows, columns = (side + reach - 1 for side, reach in zip((300, 420), psf.shape, strict=True))
+    camera = Camera(Gamma(1.8), noise=0.003)
+    return simulate(street((rows, columns), seed=1), psf, camera, seed=1)
+
+
+@pytest.fixture
+def session(viewer: ViewerModel, blurred: Simulated) -> Session:
+    """A session on that photo."""
+    return Session(viewer, viewer.add_image(blurred.photo, name="street"))

@@ -1,31 +1,79 @@
 """Edges on the canvas: what the user draws goes into the session, what it finds is shown."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
+from napari.layers import Image as ImageLayer
 from napari.layers import Layer, Shapes
 
 from .._typing import FloatArray
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
-from .layers import drawn_shape, edge_layer, paint_edges, plane_drawn_on, stack_index
-from .steps import Level, setting_edges
+from .layers import (
+    drawn_shape,
+    edge_layer,
+    paint_edges,
+    plane_drawn_on,
+    source_of,
+    stack_index,
+    unwrapped,
+)
+from .state import Action, EdgeSet
+from .steps import ONE_SLICE, Effects, Level, Step, joined, setting_edges
 
 if TYPE_CHECKING:
     from .session import Session
 
 DRAWN = ("added", "changed", "removed")  # events that come after the shapes have changed
-ONE_SLICE = (
-    "all edges must lie on one slice of the stack: draw on the slice of the others, or delete "
-    "them first"
-)
+DRAWING = {"line": "add_line", "rectangle": "add_rectangle"}  # napari's modes
+CLICKED = "a click draws nothing: press at one end, move to the other, and release there"
+IN_3D = "edges are drawn on a picture: leave the 3D view first"
+CLOSED = "the photo of these edges was closed: open it again, and draw on it"
+OFF_STACK = "“{}” has no slice there: move to one that it has, and draw on that"
+DELETED = "the edges of “{}” went with their layer; undo brings them back"
+
+Index = tuple[int, ...]
+
+
+@dataclass(slots=True, eq=False)
+class _Shown:
+    """What the edge layer of a photo shows.
+
+    Parameters
+    ----------
+    layer : Shapes
+        The layer.
+    edges : EdgeSet or None
+        Edges that were shown last.
+    known : dict of bytes to Edge
+        Which edge each shape stands for, by its vertices.
+    made : dict of bytes to Edge
+        What came of shapes that were drawn since, once they are refined.
+    refused : bool
+        Whether there are shapes that cannot be edges; they go when the edges are shown next.
+    """
+
+    layer: Shapes
+    edges: EdgeSet | None = None
+    known: dict[bytes, Edge] = field(default_factory=dict)
+    made: dict[bytes, Edge] = field(default_factory=dict)
+    refused: bool = False
+
+    def shapes(self) -> list[tuple[int, bytes, Edge | None]]:
+        """Number and vertices of each shape, and its edge if it has one already."""
+        keys = [_key(vertices) for vertices in self.layer.data]
+        return [(n, key, self.known.get(key) or self.made.get(key)) for n, key in enumerate(keys)]
 
 
 class EdgeDrawing:
     """Keeps the edges of the session and the Shapes layer of the photo alike.
+
+    What is drawn while a step is under way, or found while the mouse draws, is added to the
+    other: nothing is lost, whichever comes first.
 
     Parameters
     ----------
@@ -35,30 +83,65 @@ class EdgeDrawing:
 
     def __init__(self, session: "Session") -> None:
         self._session = session
-        self._layers: WeakKeyDictionary[Layer, Shapes] = WeakKeyDictionary()
-        self._written: WeakKeyDictionary[Layer, list[FloatArray]] = WeakKeyDictionary()
-        self._painting = self._dragging = False
+        self._all: WeakKeyDictionary[Layer, _Shown] = WeakKeyDictionary()
+        self._painting = self._dragging = self._moved = False
         session.photo_changed.connect(self.paint)
         session.edges_changed.connect(self.paint)
         session.selection_changed.connect(self._show_selection)
+        # Closures, so that they live as long as the viewer.
+        layers = session.viewer.layers
+        layers.events.removed.connect(lambda event: self._removed(event.value))
+        layers.selection.events.active.connect(lambda: self._released())
 
     @property
     def layer(self) -> Shapes | None:
         """The edge layer of the photo, if it has one in the viewer."""
-        photo = self._session.photo
-        layer = None if photo is None else self._layers.get(photo)
-        return layer if layer is not None and layer in self._session.viewer.layers else None
+        shown = self._shown
+        return shown.layer if shown else None
+
+    @property
+    def chosen(self) -> tuple[int, ...]:
+        """Numbers of all edges that are selected on the canvas, or the one of the session."""
+        selected, layer = self._session.selected, self.layer
+        if layer is None or selected is None:
+            return () if selected is None else (selected,)
+        return tuple(sorted({selected, *self._selected(layer)}))
+
+    def choose(self, numbers: Sequence[int]) -> None:
+        """Select edges on the canvas, the last of them for the session."""
+        layer = self.layer
+        if layer is not None:
+            with self._quiet():
+                layer.selected_data = set(numbers)
+            if layer.mode == "pan_zoom":
+                layer.mode = "select"  # the only one that frames what is selected
+        self._session.selected = numbers[-1] if numbers else None
+
+    def owns(self, layer: Layer) -> bool:
+        """Whether a layer shows the edges of some photo."""
+        return any(shown.layer is unwrapped(layer) for shown in self._all.values())
 
     def begin(self, shape: str = "line") -> Shapes:
-        """The edge layer of the photo, in front and ready for lines or rectangles."""
-        layer = self._made()
-        viewer = self._session.viewer
-        viewer.layers.selection.active = layer
-        layer.visible = True
-        layer.mode = f"add_{shape}"
-        return layer
+        """The edge layer of the photo, in front and ready for lines or rectangles.
 
-    def adopted(self, layer: Shapes) -> tuple[list[Line | Rectangle], tuple[int, ...] | None]:
+        Raises
+        ------
+        CrfDeblurError
+            There is no photo, or the viewer shows it in 3D.
+        """
+        if shape not in DRAWING:
+            raise ValueError(f"expected line or rectangle, got {shape}")
+        self._session.source()
+        viewer = self._session.viewer
+        if viewer.dims.ndisplay != 2:
+            raise CrfDeblurError(IN_3D)
+        shown = self._shown or self._made()
+        viewer.layers.selection.active = shown.layer
+        shown.layer.visible = True
+        shown.layer.mode = DRAWING[shape]
+        return shown.layer
+
+    def adopted(self, layer: Shapes) -> tuple[list[Line | Rectangle], Index | None]:
         """The shapes of any Shapes layer in pixels of the photo, and their plane of a stack.
 
         Raises
@@ -75,88 +158,162 @@ class EdgeDrawing:
         numbers = range(len(layer.data))
         if not numbers:
             raise CrfDeblurError(f"“{layer.name}” is empty: draw lines along edges first")
-        planes = {plane_drawn_on(layer, number, photo) for number in numbers} - {()}
-        if len(planes) > 1:
-            raise CrfDeblurError(ONE_SLICE)
-        return [drawn_shape(layer, n, photo) for n in numbers], next(iter(planes), None)
+        plane = _one_plane(photo, {plane_drawn_on(layer, number, photo) for number in numbers})
+        return [drawn_shape(layer, n, photo) for n in numbers], plane or None
 
     def read(self) -> None:
-        """Take over what was drawn, moved or deleted since the edges were last shown."""
-        session, layer = self._session, self.layer
-        if layer is None or session.photo is None:
+        """Take over what was drawn, moved or deleted since the edges were last shown.
+
+        Raises
+        ------
+        CrfDeblurError
+            Neither lines nor rectangles, or on several slices of a stack.
+        """
+        session, shown, photo = self._session, self._shown, self._session.photo
+        if shown is None or photo is None:
             return
-        before = session.state.edges
-        edges = before.edges if before else ()
-        known = {v.tobytes(): e for v, e in zip(self._written[layer], edges, strict=False)}
-        items: list[Edge | Line | Rectangle] = []
-        planes = {stack_index(before.plane)} if before and edges else set()
-        for number, vertices in enumerate(layer.data):
-            same = known.get(np.asarray(vertices).tobytes())
-            items.append(same or drawn_shape(layer, number, session.photo))
-            if same is None:
-                planes.add(plane_drawn_on(layer, number, session.photo))
-        if len(planes) > 1:
-            raise CrfDeblurError(ONE_SLICE)
-        if tuple(items) != edges:
-            session.start(setting_edges(session, items, plane=next(iter(planes), None)))
+        now = session.state.edges
+        items: dict[Edge | Line | Rectangle, bytes] = {}  # without the same edge twice
+        planes = {stack_index(now.plane)} if now and now.edges else set()
+        for number, key, edge in shown.shapes():
+            items.setdefault(edge or drawn_shape(shown.layer, number, photo), key)
+            if edge is None:
+                planes.add(plane_drawn_on(shown.layer, number, photo))
+        plane = _one_plane(photo, planes)
+        # Edges can have changed without being shown yet, while the mouse drew.
+        wanted = tuple(items) if now is shown.edges else joined(shown.edges, now, tuple(items))
+        if wanted != (now.edges if now else ()):
+            step = setting_edges(session, wanted, plane=plane or None)
+            keys = [items[item] for item in wanted if item in items]
+            places = [place for place, item in enumerate(wanted) if item in items]
+            session.start(_noting(step, shown, keys, places))
 
     def paint(self) -> None:
         """Show the edges of the session, unless the mouse is just drawing one."""
-        photo, edges = self._session.photo, self._session.state.edges
-        if photo is None or self._dragging or (edges is None and self.layer is None):
+        photo, edges, shown = self._session.photo, self._session.state.edges, self._shown
+        if photo is None or self._dragging:
             return
-        layer = self._made()
-        found = edges.edges if edges else ()
-        groups = [edges.group_of(number) for number in range(len(found))] if edges else []
-        plane = edges.plane if edges else self._session.plane(None)
-        with self._quiet():
-            self._written[layer] = paint_edges(layer, photo, plane, found, groups)
+        if shown is None and edges is not None:
+            shown = self._made()
+        if shown is not None and (shown.edges is not edges or shown.refused):
+            drawn = set(shown.made.values())
+            self._write(shown, photo, edges)
+            self._select_drawn(drawn, edges)
 
-    def _made(self) -> Shapes:
-        layer = self.layer
-        if layer is not None:
-            return layer
+    def _write(self, shown: _Shown, photo: ImageLayer, edges: EdgeSet | None) -> None:
+        """Show edges; shapes that were drawn since and are still being refined stay."""
+        found = edges.edges if edges else ()
+        groups = edges.group_numbers if edges else ()
+        plane = edges.plane if edges else self._session.plane(None)
+        pending = (
+            [] if shown.refused else [s for s in shown.shapes() if _is_pending(shown, s, found)]
+        )
+        layer = shown.layer
+        kept = [(np.array(layer.data[n]), layer.shape_type[n]) for n, _, _ in pending]
+        with self._quiet():
+            written = paint_edges(layer, photo, plane, found, groups, kept)
+        shown.made = {key: edge for _, key, edge in pending if edge is not None}
+        shown.known = dict(zip(map(_key, written), found, strict=True))
+        shown.edges, shown.refused = edges, False
+
+    def _select_drawn(self, drawn: set[Edge], edges: EdgeSet | None) -> None:
+        """Select the edge that was drawn or moved last, so that its profile is seen."""
+        numbers = [n for n, edge in enumerate(edges.edges if edges else ()) if edge in drawn]
+        if len(numbers) == 1:
+            self._session.selected = numbers[0]
+        else:
+            self._show_selection(self._session.selected)
+
+    @property
+    def _shown(self) -> _Shown | None:
+        photo = self._session.photo
+        shown = None if photo is None else self._all.get(photo)
+        return shown if shown is not None and shown.layer in self._session.viewer.layers else None
+
+    def _made(self) -> _Shown:
         photo, _ = self._session.source()
         layer = edge_layer(photo)
-        self._layers[photo], self._written[layer] = layer, []
+        shown = self._all[photo] = _Shown(layer)
         layer.events.data.connect(self._on_data)
-        layer.selected_data.events.items_changed.connect(self._on_selection)
+        layer.events.mode.connect(lambda: self._follow(layer))
+        layer.selected_data.events.items_changed.connect(lambda: self._on_selection(layer))
         layer.mouse_drag_callbacks.append(self._on_drag)
+        self._follow(layer)
         self._session.viewer.add_layer(layer)
-        return layer
+        return shown
 
     def _on_data(self, event: Any) -> None:
         if self._painting or event.action not in DRAWN:
             return
-        if event.source is not self.layer:
-            text = "the photo of these edges was closed or is not the one worked on: choose it"
-            self._session.say(text, Level.ERROR)
+        layer = event.source
+        photo = next((p for p, shown in self._all.items() if shown.layer is layer), None)
+        if photo is None or photo not in self._session.viewer.layers:
+            self._session.say(CLOSED, Level.ERROR)
             return
         try:
+            self._session.photo = photo
+            if self._dragging and not self._moved and layer.mode in DRAWING.values():
+                raise CrfDeblurError(CLICKED)
             self.read()
         except CrfDeblurError as error:
+            self._all[photo].refused = True
             self._session.say(str(error), Level.ERROR)
+            self.paint()
 
-    def _on_selection(self) -> None:
-        layer, edges = self.layer, self._session.state.edges
-        if self._painting or layer is None or edges is None:
-            return
-        chosen = [number for number in layer.selected_data if number < len(edges.edges)]
-        self._session.selected = chosen[-1] if chosen else None
+    def _on_selection(self, layer: Shapes) -> None:
+        if not self._painting and layer is self.layer:
+            chosen = self._selected(layer)
+            self._session.selected = chosen[-1] if chosen else None
 
-    def _on_drag(self, _: Shapes, event: Any) -> Iterator[None]:
-        self._dragging = True
-        yield
-        while event.type == "mouse_move":
-            yield
-        self._dragging = False
+    def _selected(self, layer: Shapes) -> list[int]:
+        edges = self._session.state.edges
+        count = len(edges.edges) if edges else 0
+        return [number for number in layer.selected_data if number < count]
 
     def _show_selection(self, number: int | None) -> None:
         layer = self.layer
-        if layer is None or self._dragging:
-            return
+        if layer is None or self._dragging or number in layer.selected_data:
+            return  # among several that are selected on the canvas: they stay so
         with self._quiet():
             layer.selected_data = set() if number is None else {number}
+
+    def _on_drag(self, _: Shapes, event: Any) -> Iterator[None]:
+        """Comes before napari's own tools, which draw while the mouse moves."""
+        self._dragging, self._moved = True, False
+        yield
+        while event.type == "mouse_move":
+            self._moved = True
+            yield
+
+    def _on_dragged(self, _: Shapes, event: Any) -> Iterator[None]:
+        """Comes after napari's own tools, which tell what was drawn when the mouse is released."""
+        yield
+        while event.type == "mouse_move":
+            yield
+        self._released()
+
+    def _follow(self, layer: Shapes) -> None:
+        """Stay behind the tool of a new mode in the list of what follows the mouse."""
+        if self._on_dragged in layer.mouse_drag_callbacks:
+            layer.mouse_drag_callbacks.remove(self._on_dragged)
+        layer.mouse_drag_callbacks.append(self._on_dragged)
+
+    def _released(self) -> None:
+        if self._dragging:
+            self._dragging = False
+            self.paint()
+
+    def _removed(self, layer: Layer) -> None:
+        """Without their layer a photo has no edges, until undo brings them back."""
+        photo = next((p for p, shown in self._all.items() if shown.layer is layer), None)
+        if photo is None:
+            return
+        self._dragging = False
+        del self._all[photo]
+        state = self._session.state_of(photo)
+        if photo in self._session.viewer.layers and state.edges is not None:
+            self._session.commit(photo, state.after(Action.of("set_edges")).with_edges(None))
+            self._session.say(DELETED.format(photo.name))
 
     @contextmanager
     def _quiet(self) -> Iterator[None]:
@@ -165,3 +322,40 @@ class EdgeDrawing:
             yield
         finally:
             self._painting = False
+
+
+def _key(vertices: FloatArray) -> bytes:
+    return np.asarray(vertices, dtype=np.float64).tobytes()
+
+
+def _is_pending(
+    shown: _Shown, shape: tuple[int, bytes, Edge | None], found: Sequence[Edge]
+) -> bool:
+    """Whether a shape was drawn, but is not among the edges yet."""
+    _, key, edge = shape
+    return key not in shown.known and (edge is None or edge not in found)
+
+
+def _one_plane(photo: ImageLayer, planes: set[Index]) -> Index:
+    """The plane of a stack that all shapes are drawn on; empty for a single picture."""
+    planes = planes - {()}
+    if len(planes) > 1:
+        raise CrfDeblurError(ONE_SLICE)
+    plane = next(iter(planes), ())
+    sides = source_of(photo, white=1.0).shape[:-2]
+    if any(not 0 <= i < side for i, side in zip(plane, sides, strict=False)):
+        raise CrfDeblurError(OFF_STACK.format(photo.name))
+    return plane
+
+
+def _noting(
+    step: Step[EdgeSet, EdgeSet], shown: _Shown, keys: Sequence[bytes], places: Sequence[int]
+) -> Step[EdgeSet, EdgeSet]:
+    """The same step; what came of each shape is noted before the edges are kept."""
+
+    def finish(found: EdgeSet) -> Effects[EdgeSet]:
+        edges = {key: found.edges[place] for key, place in zip(keys, places, strict=True)}
+        shown.made |= {key: edge for key, edge in edges.items() if key not in shown.known}
+        return (yield from step.finish(found))
+
+    return replace(step, finish=finish)

@@ -12,7 +12,7 @@ from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges
 from ..errors import CrfDeblurError
 from ..estimate import ResponseFit
 from ..io import read_photo
-from ..linear import Response, linearize, reapply
+from ..linear import Response, clipped_share, linearize, reapply
 from ..photo import check_photo, color
 from ..pipeline import (
     DeblurOptions,
@@ -93,10 +93,10 @@ def fitting_response(
         photo = other.load()
         try:
             check_photo(photo)
+            edges = other.edges or (yield from seeking_edges(photo, DeblurOptions()))
+            groups += yield from gathering_profiles(method, photo, edges, index)
         except CrfDeblurError as error:
             raise CrfDeblurError(f"{other.name}: {error}") from error
-        edges = other.edges or (yield from seeking_edges(photo, DeblurOptions()))
-        groups += yield from gathering_profiles(method, photo, edges, index)
     estimates = yield from estimating_responses(groups, method)
     return Fitted(estimates, tuple(groups), found)
 
@@ -169,6 +169,12 @@ def restoring(
     sharp = yield from sharpening(linear, region, psf, method)
     photo = yield from recording(source, region, sharp, curve)
     return Restoration(linear, sharp, photo)
+
+
+def counting_clipped(sharp: FloatArray) -> Job[float]:
+    """Long job: share of the deconvolved values that are lost when the response is applied."""
+    yield Progress("counting clipped values", 0, 1)
+    return clipped_share(sharp)
 
 
 def previewing(

@@ -216,13 +216,13 @@ def like(layer: ImageLayer, name: str, data: Image, region: Region, **options: A
 
 
 def beside(layer: ImageLayer, name: str, kernel: FloatArray, metadata: Any) -> ImageLayer:
-    """A PSF as a layer to the left of the photo, in pixels of the same size."""
-    place = placed(layer)
-    linear = Affine(scale=layer.scale, rotate=layer.rotate, shear=layer.shear).linear_matrix
-    shift = np.zeros(layer.ndim)
-    shift[-1] = -(kernel.shape[1] + 4)
-    place["translate"] = place["translate"] + linear @ shift
-    data = kernel.reshape((1,) * (layer.ndim - 2) + kernel.shape).astype(np.float32)
+    """A PSF as a layer to the left of the photo, in pixels of the same size.
+
+    Beside a stack it is a single picture, too: with the slices' axis it would be seen on one.
+    """
+    shift = slice(-(kernel.shape[1] + 4), -4)
+    place = placed(layer, (*(slice(0, 1) for _ in range(layer.ndim - 1)), shift))
+    data = kernel.astype(np.float32)
     return ImageLayer(
         data,
         name=name,
@@ -230,8 +230,24 @@ def beside(layer: ImageLayer, name: str, kernel: FloatArray, metadata: Any) -> I
         colormap="inferno",
         contrast_limits=(0.0, float(data.max())),
         metadata=metadata,
-        **place,
+        **_of_picture(place),
     )
+
+
+def _of_picture(place: dict[str, Any]) -> dict[str, Any]:
+    """Spatial properties for rows and columns alone; the same where there is nothing else."""
+    if len(place["scale"]) == 2:
+        return place
+    last = np.s_[-2:, -2:]
+    return {
+        **{name: place[name][-2:] for name in ("scale", "translate", "units", "axis_labels")},
+        "rotate": place["rotate"][last],
+        "shear": place["shear"][-1:],  # of the upper triangle, row by row
+        "affine": Affine(
+            linear_matrix=place["affine"].linear_matrix[last],
+            translate=place["affine"].translate[-2:],
+        ),
+    }
 
 
 def kernel_of(layer: ImageLayer) -> FloatArray:
@@ -244,16 +260,45 @@ def kernel_of(layer: ImageLayer) -> FloatArray:
     return np.asarray(source.data, dtype=np.float64).reshape(source.shape[-2:])
 
 
-def edge_layer(photo: ImageLayer) -> Shapes:
-    """An empty layer for the edges of a photo, in the photo's own coordinates."""
+def drawing_layer(photo: ImageLayer, name: str) -> Shapes:
+    """An empty layer to draw on, in the photo's own coordinates."""
     return Shapes(
         ndim=photo.ndim,
-        name=f"{photo.name} [edges]",
+        name=name,
         face_color="transparent",
         edge_color=OTHERS,
         edge_width=line_width(photo),
         **placed(photo),
     )
+
+
+def region_drawn_on(layer: Shapes, photo: ImageLayer) -> Region:
+    """The part of one plane of the photo that the last shape of a layer encloses.
+
+    Raises
+    ------
+    CrfDeblurError
+        Nothing is drawn, or not on the photo.
+    """
+    if not len(layer.data):
+        raise CrfDeblurError("no region is drawn yet: drag a rectangle on the photo")
+    number = len(layer.data) - 1
+    source = source_of(photo, white=1.0)
+    corners = np.array(points_in(layer, np.asarray(layer.data[number]), photo))
+    # A pixel reaches half a pixel to either side of its number.
+    first = np.maximum(np.floor(corners.min(axis=0) + 0.5).astype(int), 0)
+    last = np.minimum(np.floor(corners.max(axis=0) + 0.5).astype(int) + 1, source.shape[-2:])
+    index = plane_drawn_on(layer, number, photo) or (0,) * (len(source.shape) - 2)
+    inside = all(0 <= i < side for i, side in zip(index, source.shape, strict=False))
+    if not inside or np.any(first >= last):
+        raise CrfDeblurError("the region lies outside the photo: draw it on the photo")
+    sides = (slice(int(a), int(b)) for a, b in zip(first, last, strict=True))
+    return (*(slice(i, i + 1) for i in index), *sides)
+
+
+def edge_layer(photo: ImageLayer) -> Shapes:
+    """An empty layer for the edges of a photo, in the photo's own coordinates."""
+    return drawing_layer(photo, f"{photo.name} [edges]")
 
 
 def line_width(photo: ImageLayer) -> float:
@@ -262,21 +307,33 @@ def line_width(photo: ImageLayer) -> float:
 
 
 def paint_edges(
-    layer: Shapes, photo: ImageLayer, plane: Region, edges: Sequence[Edge], groups: Sequence[int]
+    layer: Shapes,
+    photo: ImageLayer,
+    plane: Region,
+    edges: Sequence[Edge],
+    groups: Sequence[int],
+    drawn: Sequence[tuple[FloatArray, str]] = (),
 ) -> list[FloatArray]:
-    """Show edges as lines, colored by group (-1: rejected); returns the vertices as written."""
-    lines = [_vertices(layer, photo, plane, edge) for edge in edges]
-    colors = [group_color(group) for group in groups]
-    layer.data = []
-    if lines:
-        width = line_width(photo)
-        layer.add_lines(lines, edge_color=colors, edge_width=width, face_color="transparent")
-        layer.features = {
-            "group": list(groups),
-            "status": [edge.status.value for edge in edges],
-        }
-    layer.refresh()
-    return [np.array(vertices) for vertices in layer.data]
+    """Show edges as lines, colored by group (-1: rejected); returns their vertices as written.
+
+    `drawn` are shapes that are no edges yet, by vertices and kind; they come after the edges.
+    """
+    lines = [(line, "line") for line in _vertices(layer, photo, plane, edges)]
+    shapes = [*lines, *drawn]
+    colors = [group_color(group) for group in groups] + [OTHERS] * len(drawn)
+    waiting = [None] * len(drawn)
+    # The thumbnail would be drawn at each change, for as long as all the rest.
+    with layer.block_thumbnail_update():
+        layer.data = []
+        if shapes:
+            width = line_width(photo)
+            layer.add(shapes, edge_color=colors, edge_width=width, face_color="transparent")
+            layer.features = {
+                "group": [*groups, *([-1] * len(drawn))],
+                "status": [*(edge.status.value for edge in edges), *waiting],
+            }
+    layer.refresh(data_displayed=False, highlight=False, extent=False)
+    return [np.array(vertices) for vertices in layer.data[: len(lines)]]
 
 
 def group_color(group: int) -> str:
@@ -324,13 +381,20 @@ def plane_drawn_on(layer: Shapes, number: int, photo: ImageLayer) -> tuple[int, 
     return tuple(int(i) for i in np.rint(first[:-2]))
 
 
-def _vertices(layer: Shapes, photo: ImageLayer, plane: Region, edge: Edge) -> FloatArray:
+def _vertices(layer: Shapes, photo: ImageLayer, plane: Region, edges: Sequence[Edge]) -> FloatArray:
+    """Ends of edges in coordinates of a layer, shape (n, 2, ndim)."""
     stack = [float(axis.start) for axis in plane[:-2]]
-    ends = []
-    for point in (edge.start, edge.end):
-        world = photo.data_to_world([*stack, *point])
-        ends.append(np.asarray(layer.world_to_data(world))[-layer.ndim :])
-    return np.array(ends)
+    ends = np.array([[*stack, *point] for edge in edges for point in (edge.start, edge.end)])
+    if not len(ends):
+        return np.empty((0, 2, layer.ndim))
+
+    def there(point: FloatArray) -> FloatArray:
+        return np.asarray(layer.world_to_data(photo.data_to_world(point)))[-layer.ndim :]
+
+    # napari takes one point after the other; the map is affine, so that few tell all.
+    origin = there(np.zeros(photo.ndim))
+    columns = [there(axis) - origin for axis in np.eye(photo.ndim)]
+    return (ends @ np.array(columns) + origin).reshape(len(edges), 2, layer.ndim)
 
 
 def file_of(layer: Layer) -> str | None:

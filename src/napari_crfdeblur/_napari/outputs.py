@@ -1,6 +1,7 @@
 """What a session shows: layers of results, named after the photo, with where they came from."""
 
 from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from napari.layers import Image as ImageLayer
@@ -58,28 +59,47 @@ def show_preview(
     remove_preview(session, photo)
     layer = like(photo, name_of(photo, PREVIEW), pixels, region)
     layer.metadata[KEY] = {"kind": PREVIEW}
-    return _front(session, layer)
+    return _front(session, photo, PREVIEW, layer)
 
 
 def remove_preview(session: "Session", photo: ImageLayer) -> None:
     """Take the preview of a photo away, if there is one."""
-    name = name_of(photo, PREVIEW)
-    if name in session.viewer.layers:
-        session.viewer.layers.remove(session.viewer.layers[name])
+    layer = newest(session, photo, PREVIEW)
+    if layer is not None:
+        session.viewer.layers.remove(layer)
 
 
 def show_psf(session: "Session", photo: ImageLayer, psf: PsfEstimate, state: State) -> ImageLayer:
     """Show the PSF beside the photo, in the layer that it already has or in a new one."""
     metadata = {KEY: provenance(session, photo, PSF, state)}
-    name = name_of(photo, PSF)
-    new = beside(photo, name, psf.psf, metadata)
-    if name not in session.viewer.layers:
-        return _front(session, new)
-    layer = session.viewer.layers[name]
+    new = beside(photo, name_of(photo, PSF), psf.psf, metadata)
+    layer = newest(session, photo, PSF)
+    if layer is None:
+        return _front(session, photo, PSF, new)
     layer.data = new.data
     layer.translate, layer.contrast_limits = new.translate, new.contrast_limits
     layer.metadata = metadata
     return layer
+
+
+def made_of(session: "Session", photo: ImageLayer) -> dict[ImageLayer, str]:
+    """The layers made of a photo that are still there, and their kinds, the newest last."""
+    made = dict(session.made.get(photo) or {})
+    return {layer: kind for layer, kind in made.items() if layer in session.viewer.layers}
+
+
+def newest(session: "Session", photo: ImageLayer, kind: str) -> ImageLayer | None:
+    """The newest layer of a kind, whatever the user calls it now."""
+    layers = [layer for layer, own in made_of(session, photo).items() if own == kind]
+    return layers[-1] if layers else None
+
+
+def shown(session: "Session", photo: ImageLayer) -> str | None:
+    """What is seen where the photo is: a kind of result, ``photo``, or None for neither."""
+    kinds = {photo: "photo"} | made_of(session, photo)
+    seen = [kinds[layer] for layer in session.viewer.layers if layer.visible and layer in kinds]
+    seen = [kind for kind in seen if kind != PSF]  # lies beside it
+    return seen[-1] if seen else None
 
 
 def name_of(photo: ImageLayer, kind: str) -> str:
@@ -103,10 +123,11 @@ def _add(
 ) -> ImageLayer:
     metadata = {KEY: provenance(session, photo, kind, state, region)}
     layer = like(photo, name_of(photo, kind), pixels, region, metadata=metadata, **options)
-    return _front(session, layer)
+    return _front(session, photo, kind, layer)
 
 
-def _front(session: "Session", layer: ImageLayer) -> ImageLayer:
+def _front(session: "Session", photo: ImageLayer, kind: str, layer: ImageLayer) -> ImageLayer:
     """Add a layer on top; it becomes the selected one."""
     session.viewer.add_layer(layer)
+    session.made.setdefault(photo, WeakKeyDictionary())[layer] = kind
     return layer

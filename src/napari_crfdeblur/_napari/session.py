@@ -22,7 +22,7 @@ from ..pipeline import DeblurOptions
 from ..progress import Progress, drain
 from ..psf import PsfEstimate, PsfEstimator, PsfStatus
 from ..response import ResponseCurve
-from . import layers, provenance, script, steps
+from . import layers, outputs, provenance, script, steps
 from .drawing import EdgeDrawing
 from .layers import Region, Source, Span
 from .state import Action, EdgeSet, Fitted, State
@@ -95,6 +95,8 @@ class Session:
         self._photo: ImageLayer | None = None
         self._whites: WeakKeyDictionary[Layer, float] = WeakKeyDictionary()
         self._states: WeakKeyDictionary[Layer, State] = WeakKeyDictionary()
+        # Layers made of each photo, and their kinds.
+        self.made: WeakKeyDictionary[Layer, WeakKeyDictionary[Layer, str]] = WeakKeyDictionary()
         self._selected: int | None = None
         self.drawing = EdgeDrawing(self)
         _SESSIONS.setdefault(id(self.viewer), self)
@@ -142,7 +144,7 @@ class Session:
     @white.setter
     def white(self, value: float | None) -> None:
         photo = self._required_photo()
-        layers.source_of(photo, white=value or 1.0)
+        layers.source_of(photo, white=1.0 if value is None else value)
         if value is None:
             self._whites.pop(photo, None)
         else:
@@ -199,7 +201,7 @@ class Session:
 
     def set_edges(
         self,
-        items: Sequence[Edge | Line | Rectangle],
+        items: Sequence[Edge | Line | Rectangle] = (),
         blur_extent: float | None = None,
         *,
         plane: Sequence[int] | None = None,
@@ -209,7 +211,7 @@ class Session:
         Parameters
         ----------
         items : sequence of Edge, Line or Rectangle
-            In (row, column) pixels of the photo.
+            In (row, column) pixels of the photo; none to do without edges.
         blur_extent, plane
             As in :meth:`detect_edges`.
         """
@@ -226,8 +228,7 @@ class Session:
 
     def remove_edges(self, numbers: Sequence[int]) -> EdgeSet:
         """Do without the edges of these numbers."""
-        edges = self.required_edges().edges
-        return self.set_edges([edges[n] for n in range(len(edges)) if n not in set(numbers)])
+        return self.do(steps.removing_edges(self, numbers))
 
     def load_edges(self, path: Path | str) -> EdgeSet:
         """Use the edges of a JSON file; they are refined on this photo."""
@@ -401,10 +402,12 @@ class Session:
 
     def flip(self) -> None:
         """Show the photo instead of its restored version, or the other way round."""
-        restored = self.state.restored
-        if restored is None or restored not in self.viewer.layers:
-            raise CrfDeblurError("there is no deblurred photo yet: restore it first")
-        restored.visible = not restored.visible
+        photo, restored = self.required_pair()
+        before = outputs.shown(self, photo) == "photo"
+        for layer, kind in outputs.made_of(self, photo).items():
+            if kind != outputs.PSF and layer is not restored:
+                layer.visible = False  # what lies between them
+        photo.visible, restored.visible = True, before
 
     def record(self) -> dict[str, Any]:
         """All that was done on the photo and what came out, JSON-safe."""
@@ -500,6 +503,13 @@ class Session:
         if self.state.fitted is None:
             raise CrfDeblurError(NO_RESPONSE)
         return self.state.fitted
+
+    def required_pair(self) -> tuple[ImageLayer, ImageLayer]:
+        """The photo and its restored version; refuses to go on without."""
+        restored = self.state.restored
+        if restored is None or restored not in self.viewer.layers:
+            raise CrfDeblurError("there is no deblurred photo yet: restore it first")
+        return self._required_photo(), restored
 
     def required_psf(self) -> PsfEstimate:
         """The PSF; refuses to go on without."""

@@ -46,6 +46,22 @@ class EdgeSet:
         return -1
 
     @property
+    def group_numbers(self) -> tuple[int, ...]:
+        """Number of the orientation group of each edge, -1 for those in none."""
+        groups = enumerate(self.groups)
+        of = {source.edge: number for number, group in groups for source in group.sources}
+        return tuple(of.get(number, -1) for number in range(len(self.edges)))
+
+    @property
+    def intensity_ranges(self) -> dict[int, tuple[float, float]]:
+        """Lowest and highest intensity of the sides over all channels, by number of the edge."""
+        levels: dict[int, list[float]] = {}
+        for group in self.groups:
+            for source, sides in zip(group.sources, group.sides.tolist(), strict=True):
+                levels.setdefault(source.edge, []).extend(sides)
+        return {edge: (min(sides), max(sides)) for edge, sides in levels.items()}
+
+    @property
     def widest(self) -> float:
         """Width in pixels of the widest good edge, or what was reckoned with."""
         return max((edge.width for edge in self.edges if edge.good), default=self.extent)

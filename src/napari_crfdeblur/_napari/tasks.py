@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from inspect import GEN_RUNNING, getgeneratorstate
 from threading import Event
 from typing import Any, TypeAlias
 from weakref import WeakValueDictionary
@@ -91,7 +92,8 @@ class Lane:
         run = self._run
         if run is None:
             return
-        if run.effects is not None:
+        # A step can ask for another one of its kind while its own result is being shown.
+        if run.effects is not None and getgeneratorstate(run.effects) != GEN_RUNNING:
             apply(run.effects)
         run.cancelled.set()
         self._end()
@@ -99,7 +101,10 @@ class Lane:
     def _look(self) -> None:
         """Look at the job; once it is done, show its result piece by piece."""
         run = self._run
-        if run is None or run.future is None or not run.future.done():
+        if run is None:  # what was to follow could not begin
+            self._end()
+            return
+        if run.future is None or not run.future.done():
             self._on_change()
             return
         goes_on = False

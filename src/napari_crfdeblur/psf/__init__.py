@@ -6,6 +6,7 @@ from .base import (
     PsfStatus,
     as_psf,
     centered,
+    cleared,
     estimate_psf,
     estimating_psf,
 )
@@ -23,6 +24,7 @@ __all__ = [
     "as_psf",
     "camera_shake",
     "centered",
+    "cleared",
     "delta",
     "disk",
     "estimate_psf",

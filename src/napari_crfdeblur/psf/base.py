@@ -140,3 +140,18 @@ def centered(psf: FloatArray) -> FloatArray:
         off = round(float(mass @ np.arange(side))) - side // 2
         pads.append((max(-2 * off, 0), max(2 * off, 0)))
     return np.pad(psf, pads)
+
+
+def cleared(psf: FloatArray, share: float) -> FloatArray:
+    """Take away what is faint: zero below `share` of the peak, the rest scaled to sum 1.
+
+    Parameters
+    ----------
+    psf : ndarray, shape (H, W)
+        Non-negative, not all zero.
+    share : float
+        In [0, 1]; the peak itself stays.
+    """
+    if not 0 <= share <= 1:
+        raise ValueError(f"expected a share of the peak within 0 and 1, got {share}")
+    return as_psf(np.where(psf < share * psf.max(), 0.0, psf))

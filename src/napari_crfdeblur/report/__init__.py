@@ -1,7 +1,7 @@
 """Pictures of what was found, on one page: the stages of a result, side by side."""
 
 from .content import Report
-from .curves import draw_profiles, draw_response
+from .curves import draw_profiles, draw_response, move_curves, move_profiles
 from .pictures import draw_edges, draw_photo, draw_psf
 from .write import SUFFIXES, write_report
 
@@ -13,5 +13,7 @@ __all__ = [
     "draw_profiles",
     "draw_psf",
     "draw_response",
+    "move_curves",
+    "move_profiles",
     "write_report",
 ]

@@ -167,6 +167,6 @@ def spread(group: ProfileGroup, curves: Sequence[ResponseCurve] = ()) -> float:
     return float(np.median(np.sqrt(square.mean(axis=1))))
 
 
-def direction(group: ProfileGroup) -> str:
-    """Direction of the edges of a group, counterclockwise from the horizontal."""
-    return f"{round(90 - degrees(group.orientation)) % 180}°"
+def direction(of: ProfileGroup | Edge) -> str:
+    """Direction of an edge, or of those of a group, counterclockwise from the horizontal."""
+    return f"{round(90 - degrees(of.orientation)) % 180}°"

@@ -14,7 +14,7 @@ from .pictures import detail, draw_edges, draw_photo, draw_psf
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    Draw = Callable[[Axes], None]
+    Draw = Callable[[Axes], object]
 
 Margins = tuple[float, float]
 BARE, TICKS, AXES = (0.0, 0.0), (0.2, 0.36), (0.42, 0.36)
@@ -62,8 +62,8 @@ def curve_panels(report: Report) -> list[Panel]:
         group = report.groups[0]
         found.append(_profiles("Profiles as recorded", group))
         if report.curves:
-            draw = partial(draw_profiles, group=group, curves=report.curves)
-            found.append(Panel("Profiles linearized", 1.0, draw, AXES))
+            profiles = partial(draw_profiles, group=group, curves=report.curves)
+            found.append(Panel("Profiles linearized", 1.0, profiles, AXES))
     if report.responses:
         draw = partial(draw_response, responses=report.responses, references=report.references)
         found.append(Panel("Inverse response", 1.0, draw, AXES))

@@ -16,8 +16,10 @@ from napari.utils.theme import get_theme
 from ...errors import CrfDeblurError
 from ..provenance import KEY
 from ..session import Session
-from ..steps import Level, Message, Step
-from ..tasks import Runner
+from ..steps import Level, Message, Step, detecting_edges
+from ..tasks import Make, Runner
+from .keys import FIND_EDGES, FLIP, UNDO_EDGES, Keys
+from .lifetime import Lifetime
 
 # Amber and red that can be read on a dark and on a light ground.
 SHADES = {
@@ -77,6 +79,8 @@ class Dock(Container[Widget]):
         self.append(self._message)
         self._connect()
         self.refresh()
+        self._keys = Keys.of(self.session.viewer)
+        self._lifetime = Lifetime(self.native, self._opened, self._closed)
 
     @abstractmethod
     def body(self) -> list[Widget]:
@@ -115,11 +119,17 @@ class Dock(Container[Widget]):
         """Stop what is under way; nothing has changed then."""
         self.runner.cancel()
 
-    def begin(self, make: Callable[[], Step[Any, Any]], *, block: bool = False) -> Any:
-        """Run the step that `make` gives; in a thread, with errors shown, unless it blocks."""
+    def begin(self, make: Make, *following: Make, block: bool = False) -> Any:
+        """Run the step that `make` gives, and then those that follow.
+
+        In a thread, with errors shown, unless it blocks; then the result of the first is returned.
+        """
         if block:
-            return self.session.do(make())
-        self.attempt(lambda: self.runner.start(make()))
+            result = self.session.do(make())
+            for later in following:
+                self.session.do(later())
+            return result
+        self.attempt(lambda: self.runner.start(make(), *following))
         return None
 
     def attempt(self, act: Callable[[], Any]) -> None:
@@ -136,10 +146,19 @@ class Dock(Container[Widget]):
         self._buttons.append(button)
         return button
 
+    def shortcuts(self) -> dict[str, Callable[[], Any]]:
+        """Keys of the viewer that work while the widget is open, and what they do."""
+        session = self.session
+        return {
+            FLIP: lambda: self.attempt(session.flip),
+            FIND_EDGES: lambda: self.begin(lambda: detecting_edges(session)),
+            UNDO_EDGES: lambda: self.attempt(session.undo_edges),
+        }
+
     def refresh(self) -> None:
         """Show the photo of the session and how far its step is."""
-        self._photo.reset_choices()
         with self._photo.changed.blocked(), self._white.changed.blocked():
+            self._photo.reset_choices()
             self._photo.value = self.session.photo
             self._white.value = self.session.white or 0
         self._show_progress()
@@ -163,6 +182,20 @@ class Dock(Container[Widget]):
         self._photo.changed.connect(self._choose_photo)
         self._white.changed.connect(self._choose_white)
         self._cancel.changed.connect(self.cancel)
+
+    def _opened(self) -> None:
+        self.runner.changed.connect(self._show_progress, unique=True)
+        self.session.said.connect(self._say, unique=True)
+        self._keys.add(self, self.shortcuts())
+
+    def _closed(self) -> None:
+        """Stop what is under way: without a widget nobody could see or cancel it."""
+        # Labels and bars may be gone already.
+        self.runner.changed.disconnect(self._show_progress, missing_ok=True)
+        self.session.said.disconnect(self._say, missing_ok=True)
+        self._keys.remove(self)
+        if not self._keys.in_use:
+            self.runner.cancel()
 
     def _inserted(self, event: Any) -> None:
         event.value.events.name.connect(self.refresh)

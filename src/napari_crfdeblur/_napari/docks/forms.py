@@ -38,13 +38,14 @@ class MethodForm(Container[Widget]):
 
     def __init__(self, label: str, methods: Mapping[str, Any], chosen: str, tooltip: str) -> None:
         super().__init__(labels=False)
+        self.margins = (0, 0, 0, 0)
         self._methods = dict(methods)
         self._choice = ComboBox(label=label, choices=list(methods), value=chosen, tooltip=tooltip)
         self._more = CheckBox(
             text="parameters", value=False, tooltip="show the parameters of the method"
         )
         self._fields: Container[ValueWidget[Any]] = Container(visible=False)
-        self.extend([Container(widgets=[self._choice]), self._more, self._fields])
+        self.extend([tight(self._choice, labels=True), self._more, self._fields])
         self._choice.changed.connect(self._rebuild)
         self._more.changed.connect(self._show_fields)
         self._rebuild()
@@ -68,13 +69,28 @@ class MethodForm(Container[Widget]):
             A value that the method does not take.
         """
         method = self._methods[self.chosen]
-        return None if method is None else _read(method, self._fields)
+        # Untouched fields keep what was given: the controls may show fewer digits of it.
+        touched = {c.name: c.value for c in self._fields if c.value != self._shown[c.name]}
+        return None if method is None else _changed(method, touched)
+
+    def field(self, name: str) -> ValueWidget[Any]:
+        """The control of a field; those of a method within it are named ``outer_inner``."""
+        return self._fields[name]
+
+    def offer(self, methods: Mapping[str, Any]) -> None:
+        """Offer other methods; the chosen one stays with its fields if it is among them."""
+        chosen, self._methods = self.chosen, dict(methods)
+        with self._choice.changed.blocked():
+            self._choice.choices = list(methods)
+        if self.chosen != chosen:
+            self._rebuild()
 
     def _rebuild(self) -> None:
         self._fields.clear()
         method = self._methods[self.chosen]
         if method is not None:
             self._fields.extend(_controls(method))
+        self._shown = {control.name: control.value for control in self._fields}
         for control in self._fields:
             control.changed.connect(self.edited.emit)
         self._more.enabled = len(self._fields) > 0
@@ -83,6 +99,13 @@ class MethodForm(Container[Widget]):
 
     def _show_fields(self) -> None:
         self._fields.visible = bool(self._more.value) and len(self._fields) > 0
+
+
+def tight(*widgets: Widget, labels: bool = False, **options: Any) -> Container[Widget]:
+    """Widgets in a container that takes no more room than they do."""
+    container = Container[Widget](widgets=list(widgets), labels=labels, **options)
+    container.margins = (0, 0, 0, 0)
+    return container
 
 
 def documented(kind: type) -> dict[str, str]:
@@ -138,14 +161,14 @@ def _magnitude(value: float) -> int:
     return int(f"{value:e}".partition("e")[2]) - 1
 
 
-def _read(method: Any, controls: Container[ValueWidget[Any]], prefix: str = "") -> Any:
+def _changed(method: Any, touched: Mapping[str, Any], prefix: str = "") -> Any:
+    """A method with other values of the fields that the user has touched."""
     changes: dict[str, Any] = {}
     for field in fields(method):
         value, name = getattr(method, field.name), prefix + field.name
         if field.init and is_dataclass(value):
-            changes[field.name] = _read(value, controls, name + "_")
-        elif field.init and name in {control.name for control in controls}:
-            given = controls[name].value
+            changes[field.name] = _changed(value, touched, name + "_")
+        elif name in touched:
             optional = "None" in str(field.type)
-            changes[field.name] = None if optional and not given else given
+            changes[field.name] = None if optional and not touched[name] else touched[name]
     return replace(method, **changes)

@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from typing import Any
 
-from .base import Effects, Level, Message, Step, apply
+from .base import Effects, Level, Message, Step, apply, at_once
 from .batch import BatchResult, restoring_files, restoring_layers
 from .blur import estimating_psf, setting_psf
-from .edges import detecting_edges, setting_edges
+from .edges import ONE_SLICE, detecting_edges, joined, removing_edges, setting_edges
 from .export import EXPORTS, exporting
 from .response import estimating_response, setting_response
 from .restore import (
@@ -21,6 +21,7 @@ from .restore import (
 
 __all__ = [
     "EXPORTS",
+    "ONE_SLICE",
     "REPEATABLE",
     "BatchResult",
     "Effects",
@@ -28,6 +29,7 @@ __all__ = [
     "Message",
     "Step",
     "apply",
+    "at_once",
     "comparing",
     "deblurring",
     "deconvolving",
@@ -35,9 +37,11 @@ __all__ = [
     "estimating_psf",
     "estimating_response",
     "exporting",
+    "joined",
     "linearizing",
     "previewing",
     "reapplying",
+    "removing_edges",
     "restoring",
     "restoring_files",
     "restoring_layers",

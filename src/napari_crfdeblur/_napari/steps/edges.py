@@ -1,18 +1,26 @@
 """Steps that change the edges."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+from napari.layers import Image as ImageLayer
+
 from ...edges import Edge, Line, Rectangle
+from ...errors import CrfDeblurError
 from .. import jobs
-from ..layers import stack_index
+from ..layers import Source, stack_index
 from ..state import Action, EdgeSet
-from .base import Step, at_once
+from .base import Effects, Step, at_once
 
 if TYPE_CHECKING:
     from ..session import Session
 
 Item = Edge | Line | Rectangle
+
+ONE_SLICE = (
+    "all edges must lie on one slice of the stack: go to the slice of the others, or delete "
+    "them first"
+)
 
 
 def detecting_edges(
@@ -27,18 +35,11 @@ def detecting_edges(
     where = session.plane(plane)
     before = session.state.edges
     keep = before.edges if add and before is not None else ()
+    if keep and before is not None and before.plane != where:
+        raise CrfDeblurError(ONE_SLICE)
     action = Action.of("detect_edges", blur_extent=blur_extent, add=add, plane=stack_index(where))
-
-    @at_once
-    def finish(found: EdgeSet) -> EdgeSet:
-        now = session.state_of(photo).edges
-        if now is not before and now is not None and now.plane == where:
-            # Drawn while the edges were sought: kept, too.
-            return session.do(setting_edges(session, (*now.edges, *found.edges), found.extent))
-        session.commit(photo, session.state_of(photo).after(action).with_edges(found))
-        return found
-
     job = jobs.finding_edge_set(source, where, blur_extent, keep)
+    finish = _keeping(session, photo, source, before, action, "adding the found edges")
     return Step("finding edges", job, finish)
 
 
@@ -52,16 +53,52 @@ def setting_edges(
     """Step of :meth:`Session.set_edges`."""
     photo, source = session.source()
     before = session.state.edges
-    where = before.plane if plane is None and before is not None else session.plane(plane)
+    where = session.plane(plane)
     extent = blur_extent or (before.extent if before else None)
     action = Action.of(
         "set_edges", items=tuple(items), blur_extent=blur_extent, plane=stack_index(where)
     )
+    job = jobs.refining_edge_set(source, where, tuple(items), extent)
+    finish = _keeping(session, photo, source, before, action, "refining edges")
+    return Step("refining edges", job, finish)
+
+
+def removing_edges(session: "Session", numbers: Sequence[int]) -> Step[EdgeSet, EdgeSet]:
+    """Step of :meth:`Session.remove_edges`."""
+    found = session.required_edges()
+    left = [edge for number, edge in enumerate(found.edges) if number not in set(numbers)]
+    return setting_edges(session, left, plane=stack_index(found.plane))
+
+
+def joined(before: EdgeSet | None, now: EdgeSet | None, items: Sequence[Item]) -> tuple[Item, ...]:
+    """The present edges with the changes that made `items` of the edges before."""
+    old, new = set(before.edges if before else ()), set(items)
+    present = now.edges if now else ()
+    stay = [edge for edge in present if edge not in old or edge in new]
+    return (*stay, *(item for item in items if item not in old and item not in set(present)))
+
+
+def _keeping(
+    session: "Session",
+    photo: ImageLayer,
+    source: Source,
+    before: EdgeSet | None,
+    action: Action,
+    title: str,
+) -> Callable[[EdgeSet], Effects[EdgeSet]]:
+    """Keep the edges found; if others were drawn meanwhile, those too, by one step more."""
 
     @at_once
     def finish(found: EdgeSet) -> EdgeSet:
-        session.commit(photo, session.state_of(photo).after(action).with_edges(found))
+        state = session.state_of(photo)
+        now = state.edges
+        if now is None or now is before or now.plane != found.plane:
+            session.commit(photo, state.after(action).with_edges(found))
+        else:
+            items = joined(before, now, found.edges)
+            again = Action.of("set_edges", items=items, plane=stack_index(found.plane))
+            job = jobs.refining_edge_set(source, found.plane, items, found.extent)
+            session.start(Step(title, job, _keeping(session, photo, source, now, again, title)))
         return found
 
-    job = jobs.refining_edge_set(source, where, tuple(items), extent)
-    return Step("refining edges", job, finish)
+    return finish

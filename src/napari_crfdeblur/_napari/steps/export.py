@@ -147,7 +147,7 @@ EXPORTS: dict[str, tuple[Callable[["Session"], Write], tuple[str, ...]]] = {
 """What can be written, by the name that the user reads, and in which kinds of file."""
 
 
-def _plot(draw: "Callable[[Axes], None]", path: Path) -> None:
+def _plot(draw: "Callable[[Axes], object]", path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(6.4, 4.4), dpi=160, layout="constrained")

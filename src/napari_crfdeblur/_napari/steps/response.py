@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from napari.layers import Image as ImageLayer
 
+from ...errors import CrfDeblurError
 from ...estimate import GivenResponse, RankMinimization, ResponseFit
 from ...linear import Response
 from ...progress import Job, Progress
@@ -48,10 +49,15 @@ def estimating_response(
 
 def setting_response(session: "Session", curve: Response) -> Step[Fitted, Fitted]:
     """Step of :meth:`Session.set_response`."""
-    photo, _ = session.source()
+    photo, source = session.source()
     curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
     if len(curves) not in (1, 3):
         raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
+    if len(curves) == 3 and not source.rgb:
+        raise CrfDeblurError(
+            f"this response has three channels, but “{photo.name}” is gray: choose a response of "
+            "one curve"
+        )
     action = Action.of("set_response", curve=curves[0] if len(curves) == 1 else curves)
 
     def job() -> Job[Fitted]:

@@ -1,0 +1,277 @@
+"""The blur: its PSF estimated, loaded, made or taken from a layer; shown, and edited by hand."""
+
+from math import radians
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, Label
+from magicgui.widgets.bases import Widget
+from napari.layers import Image as ImageLayer
+from napari.layers import Layer, Shapes
+from napari.utils.theme import get_theme
+
+from ..._typing import FloatArray
+from ...io import read_psf, write_psf
+from ...io.psfs import SUFFIXES
+from ...psf import PsfStatus, disk, gaussian, line
+from ...report import draw_psf
+from ..layers import drawing_layer, kernel_of, region_drawn_on
+from ..outputs import name_of
+from ..psf_editing import PsfEditing
+from ..steps import Level, Step, estimating_psf
+from .base import SHADES, Dock
+from .choices import AUTOMATIC, psf_estimators
+from .files import ask_open, ask_save
+from .forms import MethodForm
+from .plots import Plot
+
+PLANE, DRAWN = "the shown picture", "the drawn region"
+LINE, DISK, GAUSSIAN = "line (motion)", "disk (defocus)", "Gaussian"
+SIZES = {
+    LINE: ("length, px", 10.0, "length of the motion in pixels"),
+    DISK: ("radius, px", 4.0, "radius of the blurred point in pixels"),
+    GAUSSIAN: ("sigma, px", 2.0, "standard deviation in pixels"),
+}
+NONE = "there is no PSF yet"
+
+
+class BlurDock(Dock):
+    """Find the PSF of a photo in linear light, or give it; it can be edited."""
+
+    def body(self) -> list[Widget]:
+        """How the PSF is got, what it looks like, and how it can be changed."""
+        self._editing = PsfEditing(self.session)
+        self._regions: WeakKeyDictionary[Layer, Shapes] = WeakKeyDictionary()
+        self._view: tuple[Any, float] | None = None
+        return [*self._estimation(), *self._given(), *self._shape(), *self._result()]
+
+    def step(self) -> Step[Any, Any]:
+        """The PSF estimated with the chosen method."""
+        region = self._region() if self._where.value == DRAWN else None
+        return estimating_psf(self.session, self._method.method, region=region)
+
+    def draw_region(self) -> Shapes:
+        """Make the layer on which the region is drawn, ready for a rectangle."""
+        photo, _ = self.session.source()
+        viewer, layer = self.session.viewer, self._regions.get(photo)
+        if layer is None or layer not in viewer.layers:
+            layer = drawing_layer(photo, name_of(photo, "region"))
+            viewer.add_layer(layer)
+            self._regions[photo] = layer
+        viewer.layers.selection.active = layer
+        layer.visible, layer.mode = True, "add_rectangle"
+        self._where.value = DRAWN
+        return layer
+
+    def load(self, path: Path | str) -> None:
+        """Use the PSF in a NumPy file or a gray picture."""
+        self._editing.use(read_psf(Path(path)))
+
+    def save(self, path: Path | str) -> None:
+        """Write the PSF to a NumPy file or a gray picture."""
+        write_psf(Path(path), self.session.required_psf().psf)
+
+    def use(self, layer: ImageLayer) -> None:
+        """Use the PSF in an image layer."""
+        self._editing.use(kernel_of(layer))
+
+    def make(self) -> None:
+        """Use the PSF of the chosen shape."""
+        self._editing.use(self._made())
+
+    def clear_faint(self) -> None:
+        """Set what is faint in the PSF to zero."""
+        self._editing.clear(self._faint.value / 100)
+
+    def center_psf(self) -> None:
+        """Move the center of mass of the PSF to its center pixel."""
+        self._editing.center()
+
+    def undo(self) -> None:
+        """Go back to the PSF before the last change."""
+        self._editing.undo()
+
+    def refresh(self) -> None:
+        """Show the photo of the session, the layers that there are, and its PSF."""
+        super().refresh()
+        self._layer.reset_choices()
+        self._show_psf()
+
+    def _estimation(self) -> list[Widget]:
+        self._method = MethodForm("PSF", psf_estimators(), AUTOMATIC, "how the PSF is found")
+        self._where = ComboBox(
+            label="look at",
+            choices=[PLANE, DRAWN],
+            tooltip="part of the photo from which the PSF is estimated: one with sharp edges "
+            "of many directions and without clipped lights is best",
+        )
+        draw = self.button(
+            "Draw a region",
+            "drag a rectangle on the photo; the last one counts",
+            lambda: self.attempt(self.draw_region),
+        )
+        estimate = self.button(
+            "Estimate the PSF",
+            "find the PSF in linear light; needs a response",
+            lambda: self.run(block=False),
+        )
+        return [self._method, Container(widgets=[self._where]), _row(draw, estimate)]
+
+    def _given(self) -> list[Widget]:
+        load = self.button(
+            "Load PSF...", "from a NumPy file or a gray picture of any size in pixels", self._ask
+        )
+        save = self.button("Save PSF...", "as a NumPy file or a gray picture", self._ask_save)
+        self._layer = ComboBox(
+            choices=self._kernels,
+            nullable=True,
+            tooltip="gray picture in the viewer that shows how a point is blurred, "
+            "in pixels of the photo",
+        )
+        use = self.button("Use layer", "take the PSF from that layer", self._use_chosen)
+        return [_row(load, save), _row(self._layer, use)]
+
+    def _shape(self) -> list[Widget]:
+        self._kind = ComboBox(label="shape", choices=list(SIZES), tooltip="what blurs the photo")
+        self._size = FloatSpinBox(min=0.1, max=500, step=0.5)
+        self._angle = FloatSpinBox(
+            label="angle, °",
+            min=-180,
+            max=180,
+            value=30,
+            tooltip="direction of the motion in degrees, clockwise from the rows",
+        )
+        self._sketch = Plot(self.session.viewer, lambda ax: draw_psf(ax, self._made()), height=120)
+        apply = self.button(
+            "Use this shape",
+            "take it as the PSF of the photo",
+            lambda: self.attempt(self.make),
+        )
+        settings = Container(widgets=[self._kind, self._size, self._angle])
+        parts: list[Widget] = [settings, self._sketch, apply]
+        section = Container(widgets=parts, labels=False, visible=False)
+        making = CheckBox(text="make one", value=False, tooltip="a PSF of a simple shape")
+        making.changed.connect(lambda on: setattr(section, "visible", on))
+        self._kind.changed.connect(self._choose_kind)
+        for control in (self._size, self._angle):
+            control.changed.connect(self._sketch.redraw)
+        self._choose_kind()
+        return [making, section]
+
+    def _result(self) -> list[Widget]:
+        self._status = Label(value=NONE)
+        self._status.native.setWordWrap(True)
+        self._plot = Plot(self.session.viewer, self._draw)
+        self._faint = FloatSpinBox(
+            min=0, max=100, value=5, step=1, tooltip="share of the peak in percent"
+        )
+        clear = self.button(
+            "Clear below, %",
+            "set to zero what is below this share of the peak",
+            lambda: self.attempt(self.clear_faint),
+        )
+        center = self.button(
+            "Center",
+            "move the center of mass to the center pixel; off it, the deblurred photo is shifted",
+            lambda: self.attempt(self.center_psf),
+        )
+        back = self.button(
+            "Undo", "the PSF before the last change", lambda: self.attempt(self.undo)
+        )
+        self._edit = CheckBox(
+            text="edit: Ctrl-drag paints, Shift-drag erases",
+            value=False,
+            tooltip="paint on the PSF layer with the mouse: pixels as bright as the peak while "
+            "Ctrl is held (⌘ on a Mac), zero while Shift is held",
+        )
+        self._edit.changed.connect(lambda on: self.attempt(lambda: self._paint(on)))
+        return [self._plot, self._status, _row(self._faint, clear, center, back), self._edit]
+
+    def _connect(self) -> None:
+        super()._connect()
+        self.session.psf_changed.connect(self._show_psf)
+        self.session.viewer.events.theme.connect(self._show_psf)
+
+    def _region(self) -> Any:
+        photo, _ = self.session.source()
+        layer = self._regions.get(photo)
+        if layer is None or layer not in self.session.viewer.layers:
+            layer = self.draw_region()
+        return region_drawn_on(layer, photo)
+
+    def _kernels(self, _: Any) -> list[tuple[str, Layer]]:
+        """Gray pictures that are not the photo."""
+        images = [layer for layer in self.session.viewer.layers if isinstance(layer, ImageLayer)]
+        gray = [i for i in images if i.ndim == 2 and not i.rgb and i is not self.session.photo]
+        return [(layer.name, layer) for layer in gray]
+
+    def _made(self) -> FloatArray:
+        size = float(self._size.value)
+        if self._kind.value == LINE:
+            return line(size, radians(self._angle.value))
+        return disk(size) if self._kind.value == DISK else gaussian(size)
+
+    def _choose_kind(self) -> None:
+        label, size, tooltip = SIZES[self._kind.value]
+        with self._size.changed.blocked():
+            self._size.value = size
+        self._size.label, self._size.tooltip = label, tooltip
+        self._angle.enabled = self._kind.value == LINE
+        self._sketch.redraw()
+
+    def _draw(self, ax: Any) -> None:
+        psf = self.session.state.psf
+        if psf is None:
+            ax.set(xticks=[], yticks=[])
+            return
+        draw_psf(ax, psf.psf)
+
+    def _show_psf(self, _: Any = None) -> None:
+        psf = self.session.state.psf
+        text, shade = NONE, None
+        if psf is not None:
+            height, width = psf.psf.shape
+            text = f"{width} x {height} px: {psf.status.value}"
+        if psf is not None and psf.status is PsfStatus.DOUBTFUL:
+            shade = SHADES[get_theme(self.session.viewer.theme).type][Level.DOUBT]
+        self._status.value = f'<span style="color: {shade}">{text}</span>' if shade else text
+        self._plot.redraw()
+
+    def _paint(self, on: bool) -> None:
+        """Let the mouse paint, with the PSF large on the canvas; then back to the former view."""
+        viewer, camera = self.session.viewer, self.session.viewer.scene.camera
+        try:
+            self._editing.painting = on
+        finally:
+            with self._edit.changed.blocked():
+                self._edit.value = self._editing.painting
+        layer = self._editing.layer
+        if on and layer is not None:
+            self._view = camera.center, camera.zoom
+            viewer.layers.selection.active = layer
+            layer.visible = True
+            viewer.fit_to_view(layers=[layer], margin=0.3)
+        elif not on and self._view is not None:
+            (camera.center, camera.zoom), self._view = self._view, None
+
+    def _use_chosen(self) -> None:
+        layer = self._layer.value
+        if layer is not None:
+            self.attempt(lambda: self.use(layer))
+
+    def _ask(self) -> None:
+        path = ask_open(self.native, "PSF", SUFFIXES)
+        if path is not None:
+            self.attempt(lambda: self.load(path))
+
+    def _ask_save(self) -> None:
+        path = ask_save(self.native, "Save the PSF", SUFFIXES)
+        if path is not None:
+            self.attempt(lambda: self.save(path))
+
+
+def _row(*widgets: Widget) -> Container[Widget]:
+    row = Container(widgets=list(widgets), layout="horizontal", labels=False)
+    row.margins = (0, 0, 0, 0)
+    return row

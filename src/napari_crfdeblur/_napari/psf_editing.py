@@ -1,0 +1,130 @@
+"""Changes of the PSF by hand: faint parts cleared, centered, painted on; all can be undone."""
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from napari.layers import Image as ImageLayer
+from napari.layers import Layer
+
+from .._typing import FloatArray
+from ..errors import CrfDeblurError
+from ..psf import centered, cleared
+from . import outputs
+from .steps import Level, setting_psf
+
+if TYPE_CHECKING:
+    from .session import Session
+
+DEPTH = 50  # changes that can be undone
+PAINT, ERASE = "Control", "Shift"
+
+
+class PsfEditing:
+    """Changes the PSF of a session, keeps those before, and lets the mouse paint on its layer.
+
+    Every change is a step of the session, so that the layer and the record follow.
+
+    Parameters
+    ----------
+    session : Session
+        Whose PSF is edited.
+    """
+
+    def __init__(self, session: "Session") -> None:
+        self._session = session
+        self._known: WeakKeyDictionary[Layer, FloatArray] = WeakKeyDictionary()
+        self._before: WeakKeyDictionary[Layer, list[FloatArray]] = WeakKeyDictionary()
+        self._undoing = self._painting = False
+        self._canvas: ImageLayer | None = None
+        session.psf_changed.connect(self._remember)
+        session.psf_changed.connect(self._attach)
+        self._remember()
+
+    def use(self, psf: FloatArray) -> None:
+        """Take another PSF."""
+        self._session.do(setting_psf(self._session, psf))
+
+    def clear(self, share: float) -> None:
+        """Set to zero what is below a share, 0 to 1, of the peak."""
+        self.use(cleared(self._session.required_psf().psf, share))
+
+    def center(self) -> None:
+        """Move the center of mass to the center pixel."""
+        self.use(centered(self._session.required_psf().psf))
+
+    def undo(self) -> None:
+        """Go back to the PSF before the last change."""
+        photo, _ = self._session.source()
+        if not self._before.get(photo):
+            raise CrfDeblurError("there is no change of the PSF to undo")
+        self._undoing = True
+        try:
+            self.use(self._before[photo].pop())
+        finally:
+            self._undoing = False
+
+    @property
+    def painting(self) -> bool:
+        """Whether the mouse paints on the PSF layer while a modifier key is held."""
+        return self._painting
+
+    @painting.setter
+    def painting(self, on: bool) -> None:
+        if on:
+            self._session.required_psf()
+        self._painting = on
+        self._attach()
+
+    @property
+    def layer(self) -> ImageLayer | None:
+        """The layer that shows the PSF of the photo."""
+        photo = self._session.photo
+        return None if photo is None else outputs.newest(self._session, photo, outputs.PSF)
+
+    def _remember(self) -> None:
+        photo, psf = self._session.photo, self._session.state.psf
+        if photo is None or psf is None:
+            return
+        known, self._known[photo] = self._known.get(photo), psf.psf
+        if known is not None and known is not psf.psf and not self._undoing:
+            self._before[photo] = [*self._before.get(photo, []), known][-DEPTH:]
+
+    def _attach(self) -> None:
+        """Listen to the mouse on the PSF layer of the photo, and on no other."""
+        if self._canvas is not None and self._drag in self._canvas.mouse_drag_callbacks:
+            self._canvas.mouse_drag_callbacks.remove(self._drag)
+        self._canvas = self.layer if self._painting else None
+        if self._canvas is not None:
+            self._canvas.mouse_drag_callbacks.append(self._drag)
+
+    def _drag(self, layer: ImageLayer, event: Any) -> Iterator[None]:
+        """Paint or erase along the way of the mouse; taken over when the button is released."""
+        strokes: dict[str, Callable[[FloatArray], float]] = {PAINT: np.max, ERASE: lambda _: 0.0}
+        chosen = [strokes[key] for key in strokes if key in event.modifiers]
+        psf = np.array(self._session.required_psf().psf)
+        if not chosen or event.button != 1 or psf.shape != layer.data.shape:
+            return
+        value, last = float(chosen[0](psf)), None
+        while event.type != "mouse_release":
+            event.handled = True  # the picture stays where it is
+            at = np.asarray(layer.world_to_data(event.position))[-2:]
+            _stroke(psf, at if last is None else last, at, value)
+            last = at
+            layer.data = psf.astype(layer.data.dtype)
+            yield
+        try:
+            self.use(psf)
+        except CrfDeblurError as error:
+            self._session.say(str(error), Level.ERROR)
+            self.use(self._session.required_psf().psf)
+
+
+def _stroke(psf: FloatArray, start: FloatArray, end: FloatArray, value: float) -> None:
+    """Set the pixels on the way from one point to another, those outside left out."""
+    count = int(np.ceil(np.abs(end - start).max())) + 1
+    for point in np.linspace(start, end, count):
+        row, column = np.rint(point).astype(int)
+        if 0 <= row < psf.shape[0] and 0 <= column < psf.shape[1]:
+            psf[row, column] = value

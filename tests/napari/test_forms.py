@@ -1,0 +1,76 @@
+"""Forms make methods: what is shown is what comes out, and every control says what it is."""
+
+from dataclasses import fields, is_dataclass
+from typing import Any
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from napari_crfdeblur._napari.docks import choices
+from napari_crfdeblur._napari.docks.forms import MethodForm, documented
+from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy
+from napari_crfdeblur.estimate import GivenResponse, RankMinimization, Tail
+from napari_crfdeblur.response import Gamma
+
+OFFERED = {
+    "fits": choices.fits(),
+    "given": choices.given(),
+    "psf_estimators": choices.psf_estimators(),
+    "deconvolvers": choices.deconvolvers(),
+}
+METHODS = [method for offered in OFFERED.values() for method in offered.values() if method]
+
+
+def form(methods: dict[str, Any], chosen: str | None = None) -> MethodForm:
+    return MethodForm("method", methods, chosen or next(iter(methods)), "how it is done")
+
+
+@pytest.mark.parametrize("family", OFFERED)
+def test_an_untouched_form_gives_the_method_itself(qtbot: QtBot, family: str) -> None:  # noqa: ARG001
+    methods = OFFERED[family]
+    for name, method in methods.items():
+        assert form(methods, name).method == method
+
+
+def test_a_changed_field_changes_the_method(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"hyper": HyperLaplacian(), "rl": RichardsonLucy()})
+    edited = []
+    shown.edited.connect(lambda: edited.append(shown.method))
+    shown.field("exponent").value = 0.8
+    shown.field("weight").value = 0.002
+    assert edited[-1] == HyperLaplacian(exponent=0.8, weight=0.002)
+    shown.chosen = "rl"
+    assert edited[-1] == RichardsonLucy()
+
+
+def test_zero_stands_for_automatic(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"hyper": HyperLaplacian(weight=0.5)})
+    shown.field("weight").value = 0
+    assert shown.method == HyperLaplacian(weight=None)
+
+
+def test_methods_within_methods_have_controls_too(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"rank": RankMinimization(), "gamma": GivenResponse(Gamma(2.2))})
+    shown.field("tail").value = Tail.ALL
+    shown.field("polynomial_degree").value = 4
+    assert shown.method.tail is Tail.ALL
+    assert shown.method.polynomial.degree == 4
+    shown.chosen = "gamma"
+    shown.field("curve_exponent").value = 1.8
+    assert shown.method == GivenResponse(Gamma(1.8))
+
+
+def test_a_value_that_a_method_does_not_take_is_an_error(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"hyper": HyperLaplacian()})
+    shown.field("exponent").value = 5.0
+    with pytest.raises(ValueError, match="exponent"):
+        _ = shown.method
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
+def test_every_field_is_documented_for_its_tooltip(method: Any) -> None:
+    described = documented(type(method))
+    for field in fields(method):
+        if field.init and not is_dataclass(getattr(method, field.name)):
+            assert described.get(field.name), field.name
+            assert "`" not in described[field.name]

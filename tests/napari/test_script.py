@@ -1,0 +1,117 @@
+"""What was done in the window comes back as a script that does the same without one."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from napari.components import ViewerModel
+
+from napari_crfdeblur import Session
+from napari_crfdeblur._napari.script import expression
+from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
+from napari_crfdeblur.edges import Edge, EdgeStatus, Line, Rectangle
+from napari_crfdeblur.estimate import GivenResponse, PolynomialFit, RankMinimization, Tail
+from napari_crfdeblur.io import read_photo, write_photo
+from napari_crfdeblur.psf import XuJia, line
+from napari_crfdeblur.response import SRGB, Emor, Gamma, Tabulated, Tuned
+from napari_crfdeblur.simulate import Simulated
+
+
+def run(script: str, folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a script in a folder, with no display to be found."""
+    path = folder / "again.py"
+    path.write_text(script, encoding="utf-8")
+    hidden = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    command = [sys.executable, "-W", "error::DeprecationWarning:__main__", str(path), *arguments]
+    return subprocess.run(command, cwd=folder, env=hidden, capture_output=True, text=True)
+
+
+def steps_of(session: Session) -> np.ndarray:
+    """A session with a little of everything; returns the restored pixels."""
+    session.detect_edges(12.0)
+    edges = [edge for edge in session.state.edges.edges if edge.good]
+    session.set_edges([*edges[:20], Line(edges[0].start, edges[0].end)])
+    session.estimate_response(RankMinimization(Tail.ALL))
+    session.set_response(Tuned(Gamma(1.8), (0.02,), 1.05))
+    session.set_psf(line(5, 0.3))
+    session.linearize(region=((10, 200), (20, 300)))
+    session.deconvolve(Wiener(model_error=0.01))
+    return np.asarray(session.reapply().data)
+
+
+def test_the_script_gives_the_same_numbers_in_a_new_process(
+    viewer: ViewerModel, blurred: Simulated, tmp_path: Path
+) -> None:
+    write_photo(tmp_path / "street.png", blurred.photo)
+    photo = viewer.add_image(read_photo(tmp_path / "street.png"), name="a “street”")
+    session = Session(viewer, photo)
+    pixels = steps_of(session)
+    # Made in memory: the script asks for the file.
+    done = run(session.script(), tmp_path, str(tmp_path / "street.png"))
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(read_photo(tmp_path / "photo-deblurred.png"), pixels)
+    assert (tmp_path / "photo-session.json").exists()
+
+
+@pytest.mark.usefixtures("plugin")
+def test_a_photo_from_a_file_is_named_in_the_script(
+    viewer: ViewerModel, blurred: Simulated, tmp_path: Path
+) -> None:
+    write_photo(tmp_path / "street.png", blurred.photo)
+    (photo,) = viewer.open(tmp_path / "street.png", plugin="napari")
+    session = Session(viewer, photo)
+    session.set_response(SRGB())
+    session.set_psf(line(3, 0.0))
+    session.restore()
+    assert repr(str(tmp_path / "street.png")) in session.script()
+    done = run(session.script(), tmp_path)
+    assert done.returncode == 0, done.stderr
+    pixels = read_photo(tmp_path / "street-deblurred.png")
+    np.testing.assert_array_equal(pixels, session.state.restored.data)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        None,
+        3,
+        0.1 + 0.2,
+        "it's",
+        (1, 2),
+        (1,),
+        [],
+        Line((1.5, 2.0), (3.0, 4.25)),
+        Rectangle(((0.0, 0.0), (0.0, 9.0), (4.0, 9.0), (4.0, 0.0))),
+        Edge((1.0, 2.0), (3.0, 40.0), 1, 7.5, 0.25, EdgeStatus.CURVED),
+        RankMinimization(Tail.ALL, polynomial=PolynomialFit(degree=4)),
+        GivenResponse(Gamma(2.4)),
+        Emor((0.25, -0.125)),
+        Tuned(SRGB(), (0.01,), 1.1),
+        XuJia(size=21),
+        HyperLaplacian(weight=0.001, steps=2),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_a_value_comes_back_from_its_expression(value: Any) -> None:
+    assert evaluated(value) == value
+
+
+def test_arrays_and_curves_of_samples_come_back_exactly() -> None:
+    kernel = line(7, 0.7)
+    np.testing.assert_array_equal(evaluated(kernel), kernel)
+    levels = np.linspace(0, 1, 9)
+    curve = Tabulated(levels**1.7, levels)
+    np.testing.assert_array_equal(evaluated(curve).to_intensity(levels), curve.to_intensity(levels))
+
+
+def evaluated(value: Any) -> Any:
+    names: set[tuple[str, str]] = set()
+    source = expression(value, names)
+    scope: dict[str, Any] = {}
+    for module, name in names:
+        exec(f"from {module} import {name}" if name else "import numpy as np", scope)
+    return eval(source, scope)

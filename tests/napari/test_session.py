@@ -1,0 +1,413 @@
+"""A session does what the library does, on layers, and loses nothing."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from napari.components import ViewerModel
+from napari.layers import Image
+
+from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session, deblur
+from napari_crfdeblur.edges import Edge, Line
+from napari_crfdeblur.estimate import GivenResponse, MeanProfile
+from napari_crfdeblur.io import write_edges, write_photo, write_psf, write_responses
+from napari_crfdeblur.psf import GivenPsf, delta, line
+from napari_crfdeblur.response import SRGB, Gamma
+from napari_crfdeblur.simulate import Simulated
+
+VERBS = (
+    "detect_edges",
+    "estimate_response",
+    "linearize",
+    "estimate_psf",
+    "deconvolve",
+    "reapply",
+)
+KEY = "napari-crfdeblur"
+
+
+@pytest.fixture(scope="module")
+def done(blurred: Simulated) -> Session:
+    """A session in which every step was done; not to be changed."""
+    viewer = ViewerModel()
+    session = Session(viewer, viewer.add_image(blurred.photo, name="street"))
+    for verb in VERBS:
+        getattr(session, verb)()
+    return session
+
+
+def given(session: Session) -> Session:
+    """A response and a PSF that are there at once."""
+    session.set_response(Gamma(1.8))
+    session.set_psf(line(5, 0.3))
+    return session
+
+
+def test_the_verbs_give_what_the_library_gives(done: Session, blurred: Simulated) -> None:
+    whole = deblur(blurred.photo)
+    np.testing.assert_array_equal(done.state.restored.data, whole.photo)
+    np.testing.assert_array_equal(done.state.linear.layer.data, whole.linear)
+    np.testing.assert_array_equal(done.state.sharp.layer.data, whole.sharp_linear)
+    np.testing.assert_array_equal(done.state.psf.psf, whole.psf.psf)
+    assert done.state.edges.edges == whole.edges
+
+
+def test_the_layers_are_named_after_the_photo(done: Session) -> None:
+    assert [layer.name for layer in done.viewer.layers] == [
+        "street",
+        "street [edges]",
+        "street [linear]",
+        "street [PSF]",
+        "street [deblurred linear]",
+        "street [deblurred]",
+    ]
+
+
+def test_all_in_one_is_the_steps_one_by_one(done: Session, blurred: Simulated) -> None:
+    viewer = ViewerModel()
+    session = Session(viewer, viewer.add_image(blurred.photo, name="street"))
+    layer = session.deblur()
+    np.testing.assert_array_equal(layer.data, done.state.restored.data)
+    assert {a.verb for a in session.state.actions} == set(VERBS)
+    names = {layer.name for layer in viewer.layers}
+    assert names == {layer.name for layer in done.viewer.layers}
+
+
+def test_all_in_one_takes_what_is_known(session: Session, blurred: Simulated) -> None:
+    options = DeblurOptions(response=GivenResponse(Gamma(1.8)), psf=GivenPsf(blurred.psf))
+    layer = session.deblur(options)
+    np.testing.assert_array_equal(layer.data, deblur(blurred.photo, options).photo)
+    assert session.state.edges is None
+    assert [a.verb for a in session.state.actions][:2] == ["set_response", "set_psf"]
+
+
+def test_all_in_one_uses_the_edges_that_are_there(session: Session) -> None:
+    session.detect_edges()
+    kept = session.state.edges.edges[:40]
+    session.set_edges(kept)
+    session.deblur(DeblurOptions(response=MeanProfile(), psf=GivenPsf(line(5, 0.3))))
+    assert session.state.fitted.edges.edges == kept
+
+
+def test_the_input_is_never_changed(done: Session, blurred: Simulated) -> None:
+    assert done.photo is done.viewer.layers["street"]
+    np.testing.assert_array_equal(done.photo.data, blurred.photo)
+    assert done.photo.metadata == {}
+
+
+def test_provenance_is_json_and_tells_the_whole_way(done: Session) -> None:
+    record = json.loads(json.dumps(done.state.restored.metadata[KEY], allow_nan=False))
+    assert record["source"]["name"] == "street"
+    assert [action["verb"] for action in record["actions"]] == list(VERBS)
+    assert len(record["edges"]["edges"]) == len(done.state.edges.edges)
+    np.testing.assert_array_equal(record["psf"], done.state.psf.psf)
+    estimate = done.state.fitted.estimates[0]
+    assert record["response"]["channels"][0]["message"] == estimate.status.value
+    assert {"napari", "numpy", KEY} <= set(record["software"])
+
+
+def test_provenance_of_the_linear_layer_ends_with_it(done: Session) -> None:
+    record = done.state.linear.layer.metadata[KEY]
+    assert [action["verb"] for action in record["actions"]][-1] == "linearize"
+    assert record["psf"] is None
+
+
+def test_a_saved_session_is_repeated_with_the_same_numbers(
+    done: Session, blurred: Simulated, tmp_path: Path
+) -> None:
+    done.save(tmp_path / "session.json")
+    viewer = ViewerModel()
+    session = Session(viewer, viewer.add_image(blurred.photo, name="again"))
+    session.repeat(tmp_path / "session.json")
+    np.testing.assert_array_equal(session.state.restored.data, done.state.restored.data)
+    assert session.state.actions == done.state.actions
+
+
+def test_the_metadata_of_a_layer_can_be_repeated(session: Session, blurred: Simulated) -> None:
+    restored = given(session).restore()
+    viewer = ViewerModel()
+    other = Session(viewer, viewer.add_image(blurred.photo))
+    other.repeat(restored.metadata[KEY])
+    np.testing.assert_array_equal(other.state.restored.data, restored.data)
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("{", "not a JSON file"),
+        ("[1]", "not a session"),
+        ('{"format": "crfdeblur-response"}', "not a session"),
+        ('{"format": "crfdeblur-session", "version": 99}', "update"),
+        ('{"format": "crfdeblur-session", "version": 1, "actions": 3}', "damaged"),
+        (
+            '{"format": "crfdeblur-session", "version": 1, "actions": '
+            '[{"verb": "__init__", "arguments": {}}]}',
+            "cannot be repeated",
+        ),
+    ],
+)
+def test_a_bad_session_file_is_refused_in_a_sentence(
+    session: Session, tmp_path: Path, content: str, said: str
+) -> None:
+    path = tmp_path / "session.json"
+    path.write_text(content, encoding="utf-8")
+    with pytest.raises(CrfDeblurError, match=said):
+        session.repeat(path)
+    assert session.state.actions == ()
+
+
+def test_a_step_without_its_need_says_what_to_do(session: Session) -> None:
+    for verb, said in (
+        ("estimate_response", "edges"),
+        ("linearize", "response"),
+        ("estimate_psf", "response"),
+        ("deconvolve", "PSF"),
+        ("reapply", "deconvolve first"),
+        ("restore", "response"),
+        ("undo_edges", "undo"),
+        ("flip", "restore it first"),
+    ):
+        with pytest.raises(CrfDeblurError, match=said):
+            getattr(session, verb)()
+    assert [layer.name for layer in session.viewer.layers] == ["street"]
+
+
+def test_without_a_photo_every_verb_says_so(viewer: ViewerModel) -> None:
+    session = Session(viewer)
+    for verb in (*VERBS, "deblur", "record"):
+        with pytest.raises(CrfDeblurError, match="no photo yet"):
+            getattr(session, verb)()
+
+
+@pytest.mark.parametrize(
+    ("add", "said"),
+    [
+        (lambda v: v.add_labels(np.ones((20, 30), dtype=int), name="cells"), "Labels layer"),
+        (lambda v: v.add_points(np.ones((3, 2)), name="dots"), "Points layer"),
+        (lambda v: v.add_image(np.zeros((0, 5)), contrast_limits=(0, 1)), "rows and columns"),
+    ],
+)
+def test_what_is_no_photo_is_refused_in_a_sentence(
+    viewer: ViewerModel, add: Any, said: str
+) -> None:
+    layer = add(viewer)
+    with pytest.raises(CrfDeblurError, match=said):
+        Session(viewer, layer)
+
+
+@pytest.mark.parametrize(
+    ("pixels", "said"),
+    [
+        (np.full((30, 40), 7, dtype=np.int32), "white level"),
+        (np.zeros((30, 40), dtype=bool), "white level"),
+        (np.full((30, 40), np.nan, dtype=np.float32), "not finite"),
+        (np.linspace(0, 300, 1200, dtype=np.float32).reshape(30, 40), "full scale"),
+        (np.full((30, 40), 255, dtype=np.uint8), "saturated"),
+        (np.ones((3, 4), dtype=np.uint8), "at least 8"),
+    ],
+)
+def test_a_bad_photo_is_refused_in_a_sentence_and_nothing_changes(
+    viewer: ViewerModel, pixels: np.ndarray, said: str
+) -> None:
+    session = Session(viewer, viewer.add_image(pixels, contrast_limits=(0, 1)))
+    with pytest.raises(CrfDeblurError, match=said):
+        session.deblur()
+    assert session.state.actions == ()
+    assert len(viewer.layers) == 1
+
+
+def test_a_white_level_makes_any_numbers_a_photo(viewer: ViewerModel, blurred: Simulated) -> None:
+    green = blurred.photo[..., 1]
+    session = Session(viewer, viewer.add_image(green.astype(np.int32)), white=255)
+    layer = given(session).restore()
+    reference = given(Session(ViewerModel(), Image(green))).restore()
+    assert layer.data.dtype == np.int32
+    # The same light to float32; what lies between two levels can be rounded to either.
+    assert np.abs(layer.data - reference.data.astype(int)).max() <= 1
+    assert (layer.data == reference.data).mean() > 0.99
+    assert layer.metadata[KEY]["source"]["white"] == 255
+
+
+@pytest.mark.parametrize("white", [0, -1, np.nan, np.inf])
+def test_a_senseless_white_level_is_refused(session: Session, white: float) -> None:
+    with pytest.raises(ValueError, match="positive white level"):
+        session.white = white
+    assert session.white is None
+
+
+def test_undo_and_redo_go_through_all_changes_of_the_edges(session: Session) -> None:
+    session.detect_edges()
+    found = session.state.edges
+    session.remove_edges([0, 2])
+    removed = session.state.edges
+    assert len(removed.edges) == len(found.edges) - 2
+    session.undo_edges()
+    assert session.state.edges is found
+    session.undo_edges()
+    assert session.state.edges is None
+    session.redo_edges()
+    session.redo_edges()
+    assert session.state.edges is removed
+    with pytest.raises(CrfDeblurError, match="redo"):
+        session.redo_edges()
+
+
+def test_edges_are_taken_as_they_are_and_lines_are_refined(session: Session) -> None:
+    session.detect_edges()
+    good = next(edge for edge in session.state.edges.edges if edge.good)
+    shifted = Line((good.start[0] + 1, good.start[1] + 1), (good.end[0] + 1, good.end[1] + 1))
+    found = session.set_edges([good, shifted])
+    assert found.edges[0] == good
+    assert isinstance(found.edges[1], Edge)
+    assert found.edges[1].orientation == pytest.approx(good.orientation, abs=0.02)
+    middle = np.mean([found.edges[1].start, found.edges[1].end], axis=0)
+    assert abs((middle - good.start) @ good.normal) < 0.3
+
+
+def test_detected_edges_can_be_added_to_those_there_are(session: Session) -> None:
+    session.detect_edges()
+    found = session.state.edges.edges
+    session.set_edges(found[:2])
+    session.detect_edges(add=True)
+    assert session.state.edges.edges == (*found[:2], *found)
+
+
+def test_only_the_last_of_edges_set_one_after_the_other_is_recorded(session: Session) -> None:
+    session.detect_edges()
+    for count in (5, 4, 3):
+        session.set_edges(session.state.edges.edges[:count])
+    assert [action.verb for action in session.state.actions] == ["detect_edges", "set_edges"]
+
+
+def test_files_go_in_and_out(session: Session, tmp_path: Path) -> None:
+    session.detect_edges()
+    write_edges(tmp_path / "edges.json", session.state.edges.edges)
+    write_responses(tmp_path / "response.json", [GivenResponse(SRGB()).estimate()])
+    write_psf(tmp_path / "psf.npy", line(7, 0.4))
+    session.load_edges(tmp_path / "edges.json")
+    session.load_response(tmp_path / "response.json")
+    session.load_psf(tmp_path / "psf.npy")
+    levels = np.linspace(0, 1, 33)
+    curve = session.state.fitted.curve
+    # The file holds 257 samples of the curve.
+    np.testing.assert_allclose(curve.to_irradiance(levels), SRGB().to_irradiance(levels), atol=2e-5)
+    np.testing.assert_allclose(session.state.psf.psf, line(7, 0.4), atol=1e-12)
+
+
+def test_a_response_of_another_format_is_refused(session: Session, tmp_path: Path) -> None:
+    write_edges(tmp_path / "edges.json", [Edge((1, 1), (9, 30))])
+    with pytest.raises(CrfDeblurError, match="not a response file"):
+        session.load_response(tmp_path / "edges.json")
+    assert session.state.fitted is None
+
+
+def test_photos_of_one_camera_are_pooled(
+    session: Session, blurred: Simulated, tmp_path: Path
+) -> None:
+    write_photo(tmp_path / "other.png", blurred.photo[::-1])
+    layer = session.viewer.add_image(blurred.photo[:, ::-1], name="mirrored")
+    session.detect_edges()
+    alone = session.estimate_response()
+    pooled = session.estimate_response(others=[layer, tmp_path / "other.png"])
+    images = {source.image for group in pooled.groups for source in group.sources}
+    assert images == {0, 1, 2}
+    assert sum(map(len, pooled.groups)) > 2 * sum(map(len, alone.groups))
+    with pytest.raises(CrfDeblurError, match=r"missing\.png"):
+        session.estimate_response(others=[tmp_path / "missing.png"])
+    assert session.state.fitted is pooled
+
+
+def test_each_channel_can_have_its_own_curve(session: Session) -> None:
+    session.detect_edges()
+    assert len(session.estimate_response(MeanProfile(), per_channel=True).estimates) == 3
+
+
+def test_each_photo_keeps_what_is_known_of_it(session: Session, blurred: Simulated) -> None:
+    given(session)
+    first, known = session.photo, session.state
+    session.photo = session.viewer.add_image(blurred.photo[::-1], name="second")
+    assert session.state.fitted is None
+    session.photo = first
+    assert session.state is known
+
+
+def test_a_photo_that_is_closed_is_let_go_and_the_next_one_taken(session: Session) -> None:
+    said = []
+    session.said.connect(lambda message: said.append(message.text))
+    session.viewer.layers.remove(session.photo)
+    assert session.photo is None
+    assert "street" in said[-1]
+    session.viewer.add_image(np.zeros((20, 30), dtype=np.uint8), name="next")
+    assert session.photo.name == "next"
+
+
+def test_docks_of_one_viewer_share_a_session_and_viewers_do_not(viewer: ViewerModel) -> None:
+    assert Session.of(viewer) is Session.of(viewer)
+    assert Session.of(ViewerModel()) is not Session.of(viewer)
+
+
+def test_the_restored_photo_can_be_compared_with_gamma(session: Session) -> None:
+    given(session).restore()
+    before = session.state.restored
+    layer = session.compare_with()
+    assert layer.name == "street [deblurred, gamma 2.2]"
+    assert session.state.restored is before
+    assert not np.array_equal(layer.data, before.data)
+    same = session.compare_with(Gamma(1.8))
+    np.testing.assert_array_equal(same.data, before.data)
+
+
+def test_flip_shows_the_photo_and_the_result_in_turn(session: Session) -> None:
+    restored = given(session).restore()
+    session.flip()
+    assert not restored.visible
+    session.flip()
+    assert restored.visible
+
+
+def test_a_preview_is_shown_in_place_and_equals_the_whole(session: Session) -> None:
+    given(session)
+    whole = session.restore()
+    first = session.preview()
+    second = session.preview()
+    previews = [layer for layer in session.viewer.layers if "preview" in layer.name]
+    assert previews == [second]
+    assert first is not second
+    assert second.data.dtype == whole.data.dtype
+    np.testing.assert_array_equal(second.data, whole.data)
+
+
+def test_many_layers_are_restored_and_a_bad_one_is_passed_over(
+    session: Session, blurred: Simulated
+) -> None:
+    given(session)
+    reference = session.restore()
+    same = session.viewer.add_image(blurred.photo, name="same")
+    bad = session.viewer.add_image(np.full((40, 50), np.nan, np.float32), contrast_limits=(0, 1))
+    result = session.restore_layers([bad, same])
+    assert list(result.done) == ["same"]
+    np.testing.assert_array_equal(result.done["same"].data, reference.data)
+    assert "not finite" in result.failed[bad.name]
+
+
+def test_many_files_are_restored_and_a_bad_one_is_passed_over(
+    session: Session, blurred: Simulated, tmp_path: Path
+) -> None:
+    given(session)
+    write_photo(tmp_path / "good.png", blurred.photo)
+    (tmp_path / "bad.png").write_bytes(b"no picture")
+    paths = [tmp_path / "bad.png", tmp_path / "good.png", tmp_path / "missing.png"]
+    result = session.restore_files(paths, tmp_path / "out")
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["good-deblurred.png"]
+    assert set(result.failed) == {"bad.png", "missing.png"}
+    assert "1 of 3" in result.sentence
+
+
+def test_no_blur_and_no_response_restore_the_photo_itself(session: Session) -> None:
+    session.set_response(Gamma(1.0))
+    session.set_psf(delta())
+    restored = session.restore()
+    # The prior may smooth what it takes for noise, and no more.
+    assert np.abs(restored.data.astype(int) - session.photo.data).mean() < 1.5
