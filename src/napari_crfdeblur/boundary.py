@@ -10,6 +10,7 @@ import numpy as np
 
 from ._typing import BoolArray, FloatArray
 from .fourier import Shape, fast_shape, forward, gradient_power, inverse, otf, power
+from .progress import Job, Progress, drain
 
 SMOOTHNESS = 0.02  # of the gap: a flat optimum for noise of .003 to .03 of full scale
 STEPS = 10  # of conjugate gradients: two fewer lose .01 dB at noise .01, .04 dB at .002
@@ -42,19 +43,25 @@ def extend(plane: FloatArray, psf: FloatArray) -> FloatArray:
     ndarray, shape :func:`periodic_shape`
         `plane` at ``[:M, :N]``, in its unit and kind, and the gap behind it.
     """
+    return drain(extending(plane, psf, Progress("border", 0, 1)))
+
+
+def extending(plane: FloatArray, psf: FloatArray, at: Progress) -> Job[FloatArray]:
+    """Job of :func:`extend`, as a part of another: reports `at` again and again."""
     extended = np.zeros(periodic_shape(plane.shape, psf.shape), dtype=plane.dtype)
     rows, columns = plane.shape
     extended[:rows, :columns] = plane
     _bridge(extended[:, :columns], rows, extended.shape[0])
     _bridge(extended.T, columns, extended.shape[1])
+    yield at
     bands = _band_height(extended, rows, psf), _band_height(extended.T, columns, psf.T)
     if bands[0] < extended.shape[0] and bands[1] < extended.shape[1]:
-        _fill_rows(extended, plane.shape, psf, bands[0])
-        _fill_rows(extended.T, plane.shape[::-1], psf.T, bands[1])
+        yield from _filling_rows(extended, plane.shape, psf, bands[0], at)
+        yield from _filling_rows(extended.T, plane.shape[::-1], psf.T, bands[1], at)
     else:
         unknown = np.ones(extended.shape, dtype=bool)
         unknown[:rows, :columns] = False
-        _predict(extended, unknown, psf)
+        yield from _predicting(extended, unknown, psf, at)
     return extended
 
 
@@ -71,8 +78,10 @@ def _band_height(extended: FloatArray, known: int, psf: FloatArray) -> int:
     return fast_shape((2 * REACH * psf.shape[0] + gap + psf.shape[0] - 1, 1))[0]
 
 
-def _fill_rows(extended: FloatArray, known: Shape, psf: FloatArray, height: int) -> None:
-    """Predict the rows of the gap, below the first ``known[0]``, from a band of `height`."""
+def _filling_rows(
+    extended: FloatArray, known: Shape, psf: FloatArray, height: int, at: Progress
+) -> Job[None]:
+    """Job: predict the rows of the gap, below the first ``known[0]``, from a band of `height`."""
     near, gap = REACH * psf.shape[0], extended.shape[0] - known[0]
     if gap == 0:
         return
@@ -82,16 +91,19 @@ def _fill_rows(extended: FloatArray, known: Shape, psf: FloatArray, height: int)
     unknown = np.ones(band.shape, dtype=bool)
     unknown[:near, : known[1]] = False
     unknown[-near - gap : -gap, : known[1]] = False
-    _predict(band, unknown, psf)
+    yield from _predicting(band, unknown, psf, at)
     extended[-gap:] = band[-gap:]
 
 
-def _predict(picture: FloatArray, unknown: BoolArray, psf: FloatArray) -> None:
-    """Solve ``u = [A y]`` for the unknown pixels, in place, by conjugate gradients.
+def _predicting(
+    picture: FloatArray, unknown: BoolArray, psf: FloatArray, at: Progress
+) -> Job[None]:
+    """Job: solve ``u = [A y]`` for the unknown pixels, in place, by conjugate gradients.
 
     `A` is blur after deconvolution, ``|K|^2 / (|K|^2 + w |D|^2)``; `y` contains `u`.
     """
     smoothing = _blur_of_deblurred(psf, picture)
+    yield at
 
     def predicted(values: FloatArray) -> FloatArray:
         return inverse(smoothing * forward(values), picture.shape) * unknown
@@ -101,6 +113,7 @@ def _predict(picture: FloatArray, unknown: BoolArray, psf: FloatArray) -> None:
     negligible = (1e-6 * np.linalg.norm(picture)) ** 2
     direction, energy = residual.copy(), float(np.vdot(residual, residual))
     for _ in range(STEPS):
+        yield at
         if energy <= negligible:
             return
         image = direction - predicted(direction)

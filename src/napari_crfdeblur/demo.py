@@ -9,7 +9,7 @@ from ._typing import Image
 from .deconvolution import HyperLaplacian, deconvolving
 from .estimate import GivenResponse
 from .io import write_photo, write_psf, write_responses, write_text
-from .linear import linearize, reapply
+from .linear import linearizing, reapplying
 from .pipeline import Deblurred, deblurring
 from .progress import Job
 from .psf import camera_shake
@@ -85,9 +85,9 @@ def demonstrating(seed: int = 0) -> Job[Demonstration]:
 def _trying(
     name: str, curve: ResponseCurve, truth: Simulated, covered: tuple[float, float]
 ) -> Job[Trial]:
-    linear = linearize(truth.photo, curve)
+    linear = yield from linearizing(truth.photo, curve)
     sharp_linear = yield from deconvolving(linear, truth.psf, HyperLaplacian())
-    photo = reapply(sharp_linear, curve, truth.photo.dtype)
+    photo = yield from reapplying(sharp_linear, curve, truth.photo.dtype)
     return Trial(
         name=name,
         curve=curve,

@@ -8,6 +8,7 @@ from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 
 from ._typing import FloatArray
+from .progress import Job, Progress, drain
 
 ComplexArray: TypeAlias = NDArray[np.complexfloating[Any]]
 Shape: TypeAlias = tuple[int, int]
@@ -62,23 +63,35 @@ def power(spectrum: ComplexArray) -> FloatArray:
     return squared
 
 
-def row_blocks(shape: tuple[int, ...]) -> Iterator[slice]:
+def row_blocks(shape: tuple[int, ...], size: int = BLOCK) -> Iterator[slice]:
     """Rows of a plane in blocks that fit the cache, for a series of elementwise steps."""
-    height = max(1, BLOCK // shape[1])
+    height = max(1, size // shape[1])
     for start in range(0, shape[0], height):
         yield slice(start, min(start + height, shape[0]))
 
 
 def convolve(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
     """Circular convolution of a plane with the PSF of this transfer function."""
+    return drain(convolving(plane, transfer, Progress("convolution", 0, 1)))
+
+
+def convolving(plane: FloatArray, transfer: ComplexArray, at: Progress) -> Job[FloatArray]:
+    """Job of :func:`convolve`: reports `at` between its transforms."""
     spectrum = forward(plane)
+    yield at
     spectrum *= transfer
     return inverse(spectrum, plane.shape)
 
 
 def correlate(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
     """Circular correlation with the PSF: the adjoint of :func:`convolve`."""
+    return drain(correlating(plane, transfer, Progress("correlation", 0, 1)))
+
+
+def correlating(plane: FloatArray, transfer: ComplexArray, at: Progress) -> Job[FloatArray]:
+    """Job of :func:`correlate`: reports `at` between its transforms."""
     spectrum = forward(plane)
+    yield at
     for block in row_blocks(spectrum.shape):
         spectrum[block] *= np.conj(transfer[block])
     return inverse(spectrum, plane.shape)

@@ -1,20 +1,24 @@
 """Both ends of the path: undo the response of a photo, and apply it again."""
 
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Iterable, Sequence
+from itertools import count
+from math import prod
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from ._typing import FloatArray, Image
+from .fourier import row_blocks
 from .photo import check_image, from_unit
+from .progress import Job, Progress, drain
 from .response import ResponseCurve
 
 Response: TypeAlias = ResponseCurve | Sequence[ResponseCurve]
 """One curve for all channels, or one for each."""
 
-# Pixels worked on at a time: small enough to stay in the processor's cache.
-BLOCK = 1 << 16
+# Values worked on at a time: few enough to stay in the processor's cache.
+BLOCK = 1 << 17
 # A float32 from 2^-64 to 1 is its own position in a table: 23 bits of mantissa below an
 # exponent, so that tables indexed by its leading bits are equally fine for dark and bright.
 OCTAVES = 64
@@ -42,17 +46,21 @@ def linearize(photo: Image, curve: Response) -> FloatArray:
     ValueError
         Not an image, or another number of curves than of channels.
     """
+    return drain(linearizing(photo, curve))
+
+
+def linearizing(photo: Image, curve: Response) -> Job[FloatArray]:
+    """Job of :func:`linearize`: reports progress, can be stopped."""
     check_image(photo)
-    if photo.dtype == np.float64:
-        return _by_channel(
-            photo, curve, np.float64, lambda c, x, out: _copy(c.to_irradiance(x), out)
-        )
-    if photo.dtype.kind == "u":
-        return _by_channel(photo, curve, np.float32, _look_up_levels)
-    single = photo.astype(np.float32, copy=False)
-    return _by_channel(
-        single, curve, np.float32, lambda c, x, out: _interpolate(c.to_irradiance, x, out)
-    )
+    kind = np.float64 if photo.dtype == np.float64 else np.float32
+
+    def light(own: ResponseCurve) -> Convert:
+        if photo.dtype.kind == "u":
+            return _level_table(own, photo.dtype)
+        exact = kind is np.float64
+        return _filling(own.to_irradiance if exact else _interpolation(own.to_irradiance))
+
+    return (yield from _by_channel("linearizing", photo, curve, kind, light))
 
 
 def reapply(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) -> Image:
@@ -72,20 +80,22 @@ def reapply(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) 
     ndarray, the shape of `linear`
         Of kind `dtype`, integers over their full scale, rounded to nearest.
     """
+    return drain(reapplying(linear, curve, dtype))
+
+
+def reapplying(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) -> Job[Image]:
+    """Job of :func:`reapply`: reports progress, can be stopped."""
     linear, dtype = np.asarray(linear), np.dtype(dtype)
     check_image(linear)
-    if linear.dtype == np.float64:
-        exact = _by_channel(
-            linear, curve, np.float64, lambda c, x, out: _copy(c.to_intensity(x), out)
-        )
-        return from_unit(exact, dtype)
-    single = linear.astype(np.float32, copy=False)
-    if dtype == np.uint8:
-        return _by_channel(single, curve, np.uint8, _look_up_intensity)
-    interpolated = _by_channel(
-        single, curve, np.float32, lambda c, x, out: _interpolate(c.to_intensity, x, out)
-    )
-    return from_unit(interpolated, dtype)
+
+    def record(own: ResponseCurve) -> Convert:
+        exact = linear.dtype == np.float64
+        if dtype == np.uint8 and not exact:
+            return _intensity_table(own)
+        intensity = own.to_intensity if exact else _interpolation(own.to_intensity)
+        return _filling(lambda light: from_unit(intensity(light), dtype))
+
+    return (yield from _by_channel("re-applying the response", linear, curve, dtype, record))
 
 
 def clipped_share(linear: FloatArray) -> float:
@@ -94,51 +104,77 @@ def clipped_share(linear: FloatArray) -> float:
     return float(outside / linear.size)
 
 
-Apply: TypeAlias = Callable[[ResponseCurve, Image, Image], None]
+Convert: TypeAlias = Callable[[Image, Image], None]
+"""Fills a block of the result from one of the image, both contiguous, of shape (N,)."""
 
 
-def _by_channel(image: Image, curve: Response, dtype: DTypeLike, apply: Apply) -> Image:
-    """Run `apply(curve, values, out)` on blocks of contiguous pixels, channel by channel."""
+def _by_channel(
+    stage: str,
+    image: Image,
+    curve: Response,
+    dtype: DTypeLike,
+    prepare: Callable[[ResponseCurve], Convert],
+) -> Job[Image]:
+    """Job: convert an image by `prepare(curve)`, channel by channel and block by block."""
     out = np.empty(image.shape, dtype=dtype)
+    parts = list(_parts(image, out, curve))
+    blocks = list(row_blocks((len(image), max(1, prod(parts[0][1].shape[1:]))), BLOCK))
+    reports = (Progress(stage, done, len(parts) * len(blocks)) for done in count())
+    yield next(reports)
+    for own, source, target in parts:
+        convert = prepare(own)
+        for rows in blocks:
+            part = target[rows]
+            result = np.ascontiguousarray(part).reshape(-1)  # itself, unless of one channel
+            convert(np.ascontiguousarray(source[rows]).reshape(-1), result)
+            if not part.flags.c_contiguous:
+                part[...] = result.reshape(part.shape)
+            yield next(reports)
+    return out
+
+
+def _parts(
+    image: Image, out: Image, curve: Response
+) -> Iterable[tuple[ResponseCurve, Image, Image]]:
+    """All channels with the one curve, or each with its own; and where their result goes."""
     if isinstance(curve, ResponseCurve):
-        apply(curve, np.ascontiguousarray(image).reshape(-1), out.reshape(-1))
-        return out
+        return [(curve, image, out)]
     channels = image.shape[2] if image.ndim == 3 else 1
     if len(curve) != channels:
         raise ValueError(
             f"expected one curve or {channels}, one for each channel, got {len(curve)}"
         )
     if image.ndim == 2:
-        return _by_channel(image, curve[0], dtype, apply)
-    for channel, own in enumerate(curve):
-        out[..., channel] = _by_channel(image[..., channel], own, dtype, apply)
-    return out
+        return [(curve[0], image, out)]
+    return zip(curve, np.moveaxis(image, -1, 0), np.moveaxis(out, -1, 0), strict=True)
 
 
-def _copy(values: Image, out: Image) -> None:
-    out[...] = values
+def _filling(function: Callable[[Image], Image]) -> Convert:
+    def convert(values: Image, out: Image) -> None:
+        out[...] = function(values)
+
+    return convert
 
 
-def _blocks(size: int) -> list[slice]:
-    return [slice(start, min(start + BLOCK, size)) for start in range(0, size, BLOCK)]
-
-
-def _look_up_levels(curve: ResponseCurve, levels: Image, out: Image) -> None:
-    """Irradiance of every level that the integer kind can hold, then one look-up a pixel."""
-    top = np.iinfo(levels.dtype).max
+def _level_table(curve: ResponseCurve, dtype: np.dtype[Any]) -> Convert:
+    """Irradiance of every level that the integer kind can hold: one look-up a pixel."""
+    top = np.iinfo(dtype).max
     table = curve.to_irradiance(np.arange(top + 1) / top).astype(np.float32)
-    if levels.dtype == np.uint8:
-        # Two neighbors in one look-up: a third less time.
+    if dtype != np.uint8:
+        return lambda levels, out: _look_up(table, levels, out)
+    # Two neighbors in one look-up: a third less time.
+    pairs = table[np.arange(1 << 16, dtype=np.uint16).view(np.uint8)].view(np.uint64)
+
+    def convert(levels: Image, out: Image) -> None:
         even = levels.size - levels.size % 2
-        pairs = table[np.arange(1 << 16, dtype=np.uint16).view(np.uint8)].view(np.uint64)
         _look_up(pairs, levels[:even].view(np.uint16), out[:even].view(np.uint64))
-        levels, out = levels[even:], out[even:]
-    _look_up(table, levels, out)
+        _look_up(table, levels[even:], out[even:])
+
+    return convert
 
 
 def _look_up(table: Image, index: Image, out: Image) -> None:
-    for block in _blocks(index.size):
-        np.take(table, index[block], out=out[block], mode="clip")
+    np.take(table, index, out=out, mode="clip")
 
 
 def _knots(bits: int) -> tuple[NDArray[np.float32], int, int]:
@@ -150,7 +186,7 @@ def _knots(bits: int) -> tuple[NDArray[np.float32], int, int]:
     return patterns.view(np.float32), shift, first
 
 
-def _look_up_intensity(curve: ResponseCurve, irradiance: Image, out: Image) -> None:
+def _intensity_table(curve: ResponseCurve) -> Convert:
     """8-bit intensity by the 13 leading bits: light exact to 2^-14, a 60th of a level."""
     knots, shift, first = _knots(bits=13)
     middles = np.append(knots[:-1] + np.diff(knots) / 2, knots[-1])
@@ -159,16 +195,17 @@ def _look_up_intensity(curve: ResponseCurve, irradiance: Image, out: Image) -> N
     # integers, negative numbers are negative, and `clip` puts them in the darkest cell.
     table = np.zeros(first + middles.size, dtype=np.uint8)
     table[first:] = from_unit(curve.to_intensity(middles), np.uint8)
-    pattern = np.empty(min(BLOCK, irradiance.size), dtype=np.int32)
-    index = np.empty(pattern.size, dtype=np.intp)
-    for block in _blocks(irradiance.size):
-        cells = slice(block.stop - block.start)
-        np.right_shift(irradiance[block].view(np.int32), shift, out=pattern[cells])
-        index[cells] = pattern[cells]  # quicker than a shift with a cast
-        np.take(table, index[cells], out=out[block], mode="clip")
+
+    def convert(light: Image, out: Image) -> None:
+        pattern = light.astype(np.float32, copy=False).view(np.int32)
+        _look_up(table, pattern >> shift, out)
+
+    return convert
 
 
-def _interpolate(direction: Callable[[FloatArray], FloatArray], values: Image, out: Image) -> None:
+def _interpolation(
+    direction: Callable[[FloatArray], FloatArray],
+) -> Callable[[FloatArray], FloatArray]:
     """Straight lines between knots a 1024th apart: exact to 1e-7 of the value for a gamma."""
     knots, shift, first = _knots(bits=10)
     levels = direction(knots)
@@ -176,9 +213,13 @@ def _interpolate(direction: Callable[[FloatArray], FloatArray], values: Image, o
     rise = np.append(np.diff(levels), 0) / (1 << shift)
     rise[0] = 0  # the first cell stands for all that is darker, 0 and negative values
     table, rise = levels.astype(np.float32), rise.astype(np.float32)
-    for block in _blocks(values.size):
-        pattern = values[block].view(np.int32)
-        cell = (pattern >> shift) - np.int32(first)
+
+    def interpolate(values: FloatArray) -> FloatArray:
+        pattern = values.astype(np.float32, copy=False).view(np.int32)
+        cell = ((pattern >> shift) - np.int32(first)).astype(np.intp)
         part = (pattern & ((1 << shift) - 1)).astype(np.float32)
-        part *= np.take(rise, cell, mode="clip")
-        np.add(np.take(table, cell, mode="clip"), part, out=out[block])
+        part *= rise.take(cell, mode="clip")
+        part += table.take(cell, mode="clip")
+        return part
+
+    return interpolate

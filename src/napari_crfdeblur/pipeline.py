@@ -24,7 +24,7 @@ from .estimate import (
     estimating_response,
 )
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
-from .linear import Response, clipped_share, linearize, reapply
+from .linear import Response, clipped_share, linearizing, reapplying
 from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from .progress import Job, drain
@@ -127,7 +127,7 @@ def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
         edges = yield from seeking_edges(photo, replace(options, blur_extent=extent))
     groups = yield from gathering_profiles(options.response, photo, edges)
     responses = yield from estimating_responses(groups, options.response)
-    linear = linearize(color(photo), joint_curve(responses))
+    linear = yield from linearizing(color(photo), joint_curve(responses))
     widths = [edge.width for edge in edges if edge.good]
     widest = options.blur_extent or max(widths, default=extent or 0.0)
     psf = yield from estimating_psf(linear, options.psf or suited_estimator(photo, widest))
@@ -140,7 +140,8 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
     found = yield from finding_blur(photo, options)
     method = options.method or suited_deconvolver(found.psf)
     sharp_linear = yield from deconvolving(found.linear, found.psf.psf, method)
-    sharp = reapply(sharp_linear, joint_curve(found.responses), photo.dtype)
+    curve = joint_curve(found.responses)
+    sharp = yield from reapplying(sharp_linear, curve, photo.dtype)
     return Deblurred(
         edges=found.edges,
         groups=found.groups,

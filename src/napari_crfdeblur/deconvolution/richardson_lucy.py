@@ -6,7 +6,7 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..boundary import periodic_shape
-from ..fourier import ComplexArray, Shape, convolve, correlate, otf, row_blocks
+from ..fourier import ComplexArray, convolving, correlating, otf, row_blocks
 from ..progress import Job, Progress
 from .base import Deconvolver
 
@@ -39,26 +39,31 @@ class RichardsonLucy(Deconvolver):
 
         Negative values of the plane count as zero.
         """
-        yield Progress("Richardson-Lucy", 0, self.iterations)
+        total = 2 + 2 * self.iterations
+        reports = (Progress("Richardson-Lucy", done, total) for done in range(total + 1))
+        yield next(reports)
         transfer = otf(psf, periodic_shape(plane.shape, psf.shape), plane.dtype)
-        seen, sharp = _start(plane, periodic_shape(plane.shape, psf.shape), transfer)
-        for done in range(self.iterations):
-            ratio = convolve(sharp, transfer)
+        yield (at := next(reports))
+        seen, sharp = yield from _starting(plane, psf, transfer, at)
+        yield (at := next(reports))
+        for _ in range(self.iterations):
+            ratio = yield from convolving(sharp, transfer, at)
             _divide(plane, ratio)
-            correction = correlate(ratio, transfer)
+            yield (at := next(reports))
+            correction = yield from correlating(ratio, transfer, at)
             del ratio  # the memory of one plane
             _multiply(sharp, correction, seen)
-            yield Progress("Richardson-Lucy", done + 1, self.iterations)
+            yield (at := next(reports))
         return sharp[: plane.shape[0], : plane.shape[1]].copy()
 
 
-def _start(
-    plane: FloatArray, shape: Shape, transfer: ComplexArray
-) -> tuple[FloatArray, FloatArray]:
-    """Share of the light of every scene pixel that falls into the frame; a flat scene."""
-    mask = np.zeros(shape, dtype=plane.dtype)
+def _starting(
+    plane: FloatArray, psf: FloatArray, transfer: ComplexArray, at: Progress
+) -> Job[tuple[FloatArray, FloatArray]]:
+    """Job: share of the light of every scene pixel that falls into the frame; a flat scene."""
+    mask = np.zeros(periodic_shape(plane.shape, psf.shape), dtype=plane.dtype)
     mask[: plane.shape[0], : plane.shape[1]] = 1
-    seen = correlate(mask, transfer)
+    seen = yield from correlating(mask, transfer, at)
     mask[...] = max(float(plane.mean(dtype=np.float64)), float(np.finfo(plane.dtype).tiny))
     return seen, mask
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._typing import FloatArray
-from ..boundary import extend
+from ..boundary import extending
 from ..fourier import (
     ComplexArray,
     Shape,
@@ -49,14 +49,18 @@ class Wiener(Deconvolver):
 
     def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
         """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
-        yield Progress("Wiener filter", 0, 2)
-        extended = extend(plane, psf)
-        yield Progress("Wiener filter", 1, 2)
+        reports = (Progress("Wiener filter", done, 4) for done in range(5))
+        yield (start := next(reports))
+        extended = yield from extending(plane, psf, start)
+        yield next(reports)
         weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
+        transfer = otf(psf, extended.shape, plane.dtype)
+        yield next(reports)
         spectrum = forward(extended)
-        _filter(spectrum, otf(psf, extended.shape, plane.dtype), extended.shape, weight)
+        _filter(spectrum, transfer, extended.shape, weight)
+        yield next(reports)
         sharp = inverse(spectrum, extended.shape)[: plane.shape[0], : plane.shape[1]]
-        yield Progress("Wiener filter", 2, 2)
+        yield next(reports)
         return np.ascontiguousarray(sharp)
 
 

@@ -12,6 +12,7 @@ from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from napari.utils.theme import get_theme
+from qtpy.QtWidgets import QSizePolicy
 
 from ...errors import CrfDeblurError
 from ..provenance import KEY
@@ -69,13 +70,14 @@ class Dock(Container[Widget]):
         self._cancel = PushButton(
             text="Cancel", visible=False, tooltip="stop the step; nothing has changed then"
         )
-        self._message = Label(value="")
-        self._message.native.setWordWrap(True)
+        self._stage = sentence()
+        self._message = sentence()
         self._buttons: list[PushButton] = []
         progress: list[Widget] = [self._bar, self._cancel]
         self.append(Container(widgets=[self._photo, self._white]))
         self.extend(self.body())
         self.append(Container(widgets=progress, layout="horizontal", labels=False))
+        self.append(self._stage)
         self.append(self._message)
         self._connect()
         self.refresh()
@@ -129,6 +131,7 @@ class Dock(Container[Widget]):
             for later in following:
                 self.session.do(later())
             return result
+        self._message.value = ""
         self.attempt(lambda: self.runner.start(make(), *following))
         return None
 
@@ -209,16 +212,24 @@ class Dock(Container[Widget]):
 
     def _show_progress(self) -> None:
         busy, progress = self.runner.busy, self.runner.progress
-        self._bar.visible = self._cancel.visible = busy and self.visible
+        self._bar.visible = self._cancel.visible = self._stage.visible = busy and self.visible
         for button in self._buttons:
             button.enabled = not busy
         if busy:
             self._bar.max = progress.total if progress else 0  # 0: somewhere between
             self._bar.value = progress.done if progress else 0
             title = str(self.runner.title)
-            self._message.value = f"{title}: {progress.stage}" if progress else title
+            self._stage.value = f"{title}: {progress.stage}" if progress else title
 
     def _say(self, message: Message) -> None:
         shade = SHADES[get_theme(self.session.viewer.theme).type].get(message.level)
         text = escape(message.text)
         self._message.value = f'<span style="color: {shade}">{text}</span>' if shade else text
+
+
+def sentence() -> Label:
+    """A text as wide as the widget, in as many lines as it needs."""
+    label = Label(value="")
+    label.native.setWordWrap(True)
+    label.native.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+    return label

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
-from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, Label
+from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer, Shapes
@@ -16,11 +16,11 @@ from ...io import read_psf, write_psf
 from ...io.psfs import SUFFIXES
 from ...psf import PsfStatus, disk, gaussian, line
 from ...report import draw_psf
-from ..layers import drawing_layer, kernel_of, region_drawn_on
+from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
 from ..psf_editing import PsfEditing
 from ..steps import Level, Step, estimating_psf
-from .base import SHADES, Dock
+from .base import SHADES, Dock, sentence
 from .choices import AUTOMATIC, psf_estimators
 from .files import ask_open, ask_save
 from .forms import MethodForm
@@ -56,7 +56,7 @@ class BlurDock(Dock):
         photo, _ = self.session.source()
         viewer, layer = self.session.viewer, self._regions.get(photo)
         if layer is None or layer not in viewer.layers:
-            layer = drawing_layer(photo, name_of(photo, "region"))
+            layer = drawing_layer(photo, name_of(photo, "region"), group_color(0))
             viewer.add_layer(layer)
             self._regions[photo] = layer
         viewer.layers.selection.active = layer
@@ -101,7 +101,6 @@ class BlurDock(Dock):
     def _estimation(self) -> list[Widget]:
         self._method = MethodForm("PSF", psf_estimators(), AUTOMATIC, "how the PSF is found")
         self._where = ComboBox(
-            label="look at",
             choices=[PLANE, DRAWN],
             tooltip="part of the photo from which the PSF is estimated: one with sharp edges "
             "of many directions and without clipped lights is best",
@@ -116,7 +115,7 @@ class BlurDock(Dock):
             "find the PSF in linear light; needs a response",
             lambda: self.run(block=False),
         )
-        return [self._method, Container(widgets=[self._where]), _row(draw, estimate)]
+        return [self._method, _row(self._where, draw), estimate]
 
     def _given(self) -> list[Widget]:
         load = self.button(
@@ -142,15 +141,17 @@ class BlurDock(Dock):
             value=30,
             tooltip="direction of the motion in degrees, clockwise from the rows",
         )
-        self._sketch = Plot(self.session.viewer, lambda ax: draw_psf(ax, self._made()), height=120)
+        self._sketch = Plot(self.session.viewer, lambda ax: draw_psf(ax, self._made()), height=110)
         apply = self.button(
             "Use this shape",
             "take it as the PSF of the photo",
             lambda: self.attempt(self.make),
         )
         settings = Container(widgets=[self._kind, self._size, self._angle])
+        settings.margins = (0, 0, 0, 0)
         parts: list[Widget] = [settings, self._sketch, apply]
         section = Container(widgets=parts, labels=False, visible=False)
+        section.margins = (0, 0, 0, 0)
         making = CheckBox(text="make one", value=False, tooltip="a PSF of a simple shape")
         making.changed.connect(lambda on: setattr(section, "visible", on))
         self._kind.changed.connect(self._choose_kind)
@@ -160,9 +161,8 @@ class BlurDock(Dock):
         return [making, section]
 
     def _result(self) -> list[Widget]:
-        self._status = Label(value=NONE)
-        self._status.native.setWordWrap(True)
-        self._plot = Plot(self.session.viewer, self._draw)
+        self._status = sentence()
+        self._plot = Plot(self.session.viewer, self._draw, height=190)
         self._faint = FloatSpinBox(
             min=0, max=100, value=5, step=1, tooltip="share of the peak in percent"
         )

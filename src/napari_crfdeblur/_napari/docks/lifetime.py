@@ -31,7 +31,13 @@ class Lifetime(QObject):
         widget.installEventFilter(self)
         # Not a bound method, which Qt forgets with this object; weak, or nothing is ever freed.
         close = WeakMethod(self._close)
-        widget.destroyed.connect(lambda: _call(close))
+
+        def gone() -> None:
+            _GONE.discard(gone)
+            _call(close)
+
+        _GONE.add(gone)
+        widget.destroyed.connect(gone)
 
     def eventFilter(self, _: QObject | None, event: QEvent | None) -> bool:
         """Watch the widget, its frame and its window; never keep an event from them."""
@@ -58,6 +64,11 @@ class Lifetime(QObject):
         if self._open:
             self._open = False
             self._on_close()
+
+
+# What Qt calls when a widget is gone. Kept here: Python would empty a function that is collected
+# together with the widget before Qt calls it, and that crashes.
+_GONE: set[Callable[[], None]] = set()
 
 
 def _call(method: WeakMethod[Callable[[], None]]) -> None:

@@ -11,6 +11,7 @@ from magicgui.widgets.bases import Widget
 from napari.components import ViewerModel
 from napari.utils.theme import get_theme
 from qtpy.QtCore import QEvent, QObject, QTimer
+from qtpy.QtWidgets import QSizePolicy
 
 from ...report.colors import DARK, PAPER, Palette
 
@@ -56,7 +57,7 @@ class Plot(Container[Widget]):
 
         super().__init__(labels=False)
         self._viewer, self._draw = viewer, draw
-        self._figure = Figure()
+        self._figure = Figure(facecolor=get_theme(viewer.theme).background.as_hex())
         self._axes = self._figure.add_subplot()
         self._moving: list[Artist] = []
         self._ground: Any = None
@@ -64,10 +65,14 @@ class Plot(Container[Widget]):
         self._stale = True
         self.canvas = FigureCanvasQTAgg(self._figure)
         self.canvas.setMinimumHeight(height)
+        # As large as there is room: matplotlib's 640 x 480 would make the window wider.
+        self.canvas.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.canvas.mpl_connect("draw_event", self._drawn)
         self._shown = _Shown(self.canvas, ref(self))
         self.margins = (0, 0, 0, 0)
         self.native.layout().addWidget(self.canvas)
+        # Plots take the room that controls leave.
+        self.native.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         viewer.events.theme.connect(self.redraw)
         self.redraw()
 

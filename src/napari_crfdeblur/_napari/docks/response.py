@@ -1,6 +1,6 @@
 """The response: estimated from the edges, given or tuned by hand; how far it can be trusted."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +10,7 @@ from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from napari.utils.theme import get_theme
+from psygnal import SignalInstance
 
 from ...estimate import KnownPsf, ResponseStatus
 from ...io import read_responses, write_responses
@@ -25,7 +26,7 @@ from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted
 from ..steps import Level, Step, estimating_response, setting_response
-from .base import SHADES, Dock
+from .base import SHADES, Dock, sentence
 from .choices import PREFERRED, fits, given
 from .files import ask_open, ask_open_many, ask_save
 from .forms import MethodForm, tight
@@ -37,7 +38,8 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 GAMMA, KNOWN_PSF = "gamma", "known PSF"
-CURVE_HEIGHT, PROFILES_HEIGHT = 170, 150
+LEAST_HEIGHT = 120  # pixels of a plot in a small window; all three grow with it
+SPACING = 4
 EARLIER = "estimated from earlier edges: estimate again"
 NOTHING = "no response yet: estimate it from edges, load one, or use one that is known"
 
@@ -47,10 +49,10 @@ class ResponseDock(Dock):
 
     def body(self) -> list[Widget]:
         """How the response is found, what it is, and sliders to tune it."""
+        self.native.layout().setSpacing(SPACING)
         self._compared: dict[str, ResponseCurve] = {}
         self._paths: list[Path] = []
-        self._trust = Label(value="")
-        self._trust.native.setWordWrap(True)
+        self._trust = sentence()
         use = self.button(
             "Use this curve", "make the tuned curve the response", lambda: self.use_tuned(False)
         )
@@ -194,23 +196,46 @@ class ResponseDock(Dock):
             tooltip="edges of one orientation; follows the edge that is selected",
         )
         self._group.changed.connect(self._redraw_profiles)
-        self._curve = Plot(viewer, self._draw_curve, height=CURVE_HEIGHT)
-        self._recorded = Plot(viewer, self._draw_recorded, height=PROFILES_HEIGHT)
-        self._linear = Plot(viewer, self._draw_linear, height=PROFILES_HEIGHT)
+        self._curve = Plot(viewer, self._draw_curve, height=LEAST_HEIGHT)
+        self._recorded = Plot(viewer, self._draw_recorded, height=LEAST_HEIGHT)
+        self._linear = Plot(viewer, self._draw_linear, height=LEAST_HEIGHT)
         profiles = tight(self._recorded, self._linear, layout="horizontal")
+        profiles.native.setSizePolicy(self._curve.native.sizePolicy())
         return [self._curve, tight(self._group, labels=True), profiles]
 
     def _connect(self) -> None:
         super()._connect()
-        session = self.session
-        session.response_changed.connect(self._response_changed)
-        session.edges_changed.connect(self._edges_changed)
-        session.psf_changed.connect(self._offer_methods)
-        session.selection_changed.connect(self._follow)
-        session.viewer.events.theme.connect(self._show_trust)
+        self._watch()
         self._tuning.toggled.connect(self._redraw_curves)
         self._tuning.moved.connect(self._move_curves)
         self._show_trust()
+
+    def _watch(self) -> None:
+        """Follow the session; once is enough."""
+        for signal, show in self._followed():
+            signal.connect(show, unique=True)
+        self.session.viewer.events.theme.connect(self._show_trust)
+        self._tuning.watch()
+
+    def _followed(self) -> list[tuple[SignalInstance, Callable[..., None]]]:
+        session = self.session
+        return [
+            (session.response_changed, self._response_changed),
+            (session.edges_changed, self._edges_changed),
+            (session.psf_changed, self._offer_methods),
+            (session.selection_changed, self._follow),
+        ]
+
+    def _opened(self) -> None:
+        super()._opened()
+        self._watch()
+
+    def _closed(self) -> None:
+        super()._closed()
+        for signal, show in self._followed():
+            signal.disconnect(show, missing_ok=True)
+        self.session.viewer.events.theme.disconnect(self._show_trust)
+        self._tuning.end()
 
     def _methods(self) -> dict[str, Any]:
         psf = self.session.state.psf

@@ -22,7 +22,7 @@ from ..steps import (
     reapplying,
     restoring,
 )
-from .base import Dock
+from .base import Dock, sentence
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
 from .forms import MethodForm
 from .keys import PREVIEW
@@ -98,7 +98,9 @@ class RestoreDock(Dock):
             value=chosen.compare,
             tooltip="restore with the usual response, too: to see what the estimated one buys",
         )
-        return [self._method, Container(widgets=[self._what]), self._beside]
+        what = Container(widgets=[self._what])
+        what.margins = (0, 0, 0, 0)
+        return [self._method, what, self._beside]
 
     def _actions(self) -> list[Widget]:
         preview = self.button(
@@ -135,8 +137,8 @@ class RestoreDock(Dock):
         return [_row(preview, remove), restore, _row(linear, sharp, again)]
 
     def _comparisons(self) -> list[Widget]:
-        self._clipped = Label(value="", visible=False)
-        self._clipped.native.setWordWrap(True)
+        self._clipped = sentence()
+        self._clipped.visible = False
         self._shown = Label(value="")
         flip = self.button(
             "Before / after",
@@ -153,6 +155,7 @@ class RestoreDock(Dock):
     def _connect(self) -> None:
         super()._connect()
         self.session.layers_changed.connect(self._show_results)
+        self.session.viewer.layers.events.reordered.connect(self._show_shown)
         for layer in self.session.viewer.layers:
             layer.events.visible.connect(self._show_shown)
 
@@ -213,7 +216,7 @@ class RestoreDock(Dock):
         self._single = visible, former, (camera.center, camera.zoom)
         for layer in viewer.layers:
             layer.visible = layer in chosen
-        grid.shape, grid.stride, grid.enabled = (1, -1), -1, True
+        grid.shape, grid.stride, grid.enabled = (1, -1), 1, True
         viewer.fit_to_view(layers=list(pair[:1]))
 
     def _gather(self) -> None:

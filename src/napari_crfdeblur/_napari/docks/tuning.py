@@ -1,5 +1,6 @@
 """A response tuned by hand, with sliders: seen at once, used only when asked for."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 from magicgui.widgets import CheckBox, Container, FloatSlider, PushButton
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
-from psygnal import Signal
+from psygnal import Signal, SignalInstance
 from qtpy.QtCore import QTimer
 
 from ...errors import CrfDeblurError
@@ -52,6 +53,7 @@ class Tuning(Container[Widget]):
         self._session, self._runner = session, runner
         self._previewed: ImageLayer | None = None
         self._slid = self._wanted = False
+        self._round = 0  # previews of an earlier one come too late
         self._timer = QTimer()
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._turn)
@@ -126,8 +128,7 @@ class Tuning(Container[Widget]):
         for slider, value in zip(self._sliders, self._rest, strict=True):
             with slider.changed.blocked():
                 slider.value = value
-        self._wanted = False
-        self._remove_preview()
+        self._stop_previews()
         self._slid = True
         self._timer.start()
 
@@ -136,15 +137,33 @@ class Tuning(Container[Widget]):
         self._box.enabled = self._session.state.fitted is not None
         self._preview.enabled = self._session.state.psf is not None
 
+    def watch(self) -> None:
+        """Follow the session; once is enough."""
+        for signal, act in self._followed():
+            signal.connect(act, unique=True)
+
+    def end(self) -> None:
+        """Follow it no more, and leave no preview; the controls may be gone already."""
+        for signal, act in self._followed():
+            signal.disconnect(act, missing_ok=True)
+        self._timer.stop()
+        self._slid = False
+        self._stop_previews()
+
+    def _followed(self) -> list[tuple[SignalInstance, Callable[..., None]]]:
+        return [
+            (self._session.response_changed, self._response_changed),
+            (self._session.psf_changed, self.refresh),
+            (self._runner.changed, self._runner_changed),
+        ]
+
     def _connect(self, reset: PushButton) -> None:
         self._on.changed.connect(self._toggle)
         for slider in self._sliders:
             slider.changed.connect(self._slide)
         self._preview.changed.connect(self._preview_chosen)
         reset.changed.connect(lambda: self.reset())
-        self._session.response_changed.connect(self._response_changed)
-        self._session.psf_changed.connect(self.refresh)
-        self._runner.changed.connect(self._runner_changed)
+        self.watch()
         self.refresh()
 
     def _toggle(self) -> None:
@@ -160,7 +179,7 @@ class Tuning(Container[Widget]):
         if self.previews:
             self._slide()
         else:
-            self._remove_preview()
+            self._stop_previews()
 
     def _response_changed(self) -> None:
         self.refresh()
@@ -187,17 +206,21 @@ class Tuning(Container[Widget]):
         except (CrfDeblurError, ValueError) as error:
             self._session.say(f"preview: {error}", Level.ERROR)
             return
-        show = partial(self._show, self._session.photo, step)
+        show = partial(self._show, self._round, self._session.photo, step)
         self._session.start(replace(step, finish=show))
 
-    def _show(self, photo: ImageLayer, step: Step[Any, ImageLayer], pixels: Any) -> Effects[Any]:
-        """Show a preview, unless tuning has ended meanwhile."""
-        if self.previews and self._session.photo is photo:
+    def _show(
+        self, wanted: int, photo: ImageLayer, step: Step[Any, ImageLayer], pixels: Any
+    ) -> Effects[Any]:
+        """Show a preview, unless it is wanted no more."""
+        if wanted == self._round:
             self._previewed = photo
             return (yield from step.finish(pixels))
         return None
 
-    def _remove_preview(self) -> None:
+    def _stop_previews(self) -> None:
+        self._wanted = False
+        self._round += 1
         if self._previewed is not None:
             remove_preview(self._session, self._previewed)
             self._previewed = None

@@ -35,8 +35,9 @@ def estimating_psf(
 
     @at_once
     def finish(psf: PsfEstimate) -> PsfEstimate:
+        _put(session, photo, psf, action)
         session.say_trust(psf=psf)
-        return _put(session, photo, psf, action)
+        return psf
 
     job = jobs.seeking_psf(source, where, fitted.curve, extent, method)
     return Step("estimating the PSF", job, finish)

@@ -139,6 +139,7 @@ def comparing(
         kind = f"{outputs.RESTORED}, {outputs.curve_name(assumed)}"
         shown = replace(state, fitted=fitted)
         layer = outputs.photo_layer(session, photo, made.photo, where, shown, kind=kind)
+        outputs.put_below(session, layer, state.restored)
         session.commit(photo, state)
         return layer
 

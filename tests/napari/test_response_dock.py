@@ -1,0 +1,527 @@
+"""The response dock: what its buttons do, what it says and draws, and tuning by hand."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from napari.components import ViewerModel
+
+from napari_crfdeblur import CrfDeblurError, Session
+from napari_crfdeblur._napari.docks import ResponseDock
+from napari_crfdeblur._napari.docks import response as module
+from napari_crfdeblur._napari.docks.base import SHADES
+from napari_crfdeblur._napari.docks.response import EARLIER, KNOWN_PSF, trust_in
+from napari_crfdeblur._napari.preferences import Preferences
+from napari_crfdeblur._napari.state import EdgeSet, Fitted
+from napari_crfdeblur._napari.steps import Level
+from napari_crfdeblur.estimate import (
+    GivenResponse,
+    KnownPsf,
+    MeanProfile,
+    ResponseEstimate,
+    ResponseStatus,
+)
+from napari_crfdeblur.io import write_photo, write_responses
+from napari_crfdeblur.psf import line
+from napari_crfdeblur.response import SRGB, Gamma, Identity, Tuned
+from napari_crfdeblur.simulate import Simulated
+
+LEVELS = np.linspace(0, 1, 65)
+
+
+@pytest.fixture(scope="module")
+def found(blurred: Simulated) -> EdgeSet:
+    """The edges of the street, found once."""
+    viewer = ViewerModel()
+    return Session(viewer, viewer.add_image(blurred.photo, name="street")).detect_edges()
+
+
+@pytest.fixture
+def dock(session: Session, found: EdgeSet, qapp: Any) -> ResponseDock:
+    """The dock on a photo with edges."""
+    session.set_edges(found.edges, found.extent)
+    return ResponseDock(session.viewer)
+
+
+@pytest.fixture
+def empty(viewer: ViewerModel, qapp: Any) -> ResponseDock:
+    """The dock in a viewer without layers."""
+    return ResponseDock(viewer)
+
+
+@pytest.fixture
+def said(session: Session) -> list[Any]:
+    """What the user was told."""
+    messages: list[Any] = []
+    session.said.connect(messages.append)
+    session.__dict__["messages"] = messages
+    return messages
+
+
+def labels(dock: ResponseDock) -> list[str]:
+    """What the legend of the curves names."""
+    return [text.get_text() for text in dock._curve.axes.get_legend().get_texts()]
+
+
+def irradiance(curve: Any) -> Any:
+    return curve.to_irradiance(LEVELS)
+
+
+def estimate(status: ResponseStatus) -> ResponseEstimate:
+    curve = Gamma(2.0)
+    band = irradiance(curve)
+    return ResponseEstimate(curve, LEVELS, band, band, (0.1, 0.9), status)
+
+
+def a_file(path: Path, *curves: Any) -> Path:
+    write_responses(path, [GivenResponse(curve).estimate() for curve in curves])
+    return path
+
+
+def press(dock: ResponseDock, text: str) -> None:
+    next(button for button in dock._buttons if button.text == text).changed.emit(True)
+
+
+def test_the_button_estimates_what_the_verb_does(dock, qtbot):
+    by_verb = dock.session.estimate_response()
+    press(dock, "Estimate the response")
+    qtbot.waitUntil(lambda: not dock.busy, timeout=20000)
+    by_button = dock.session.state.fitted
+    assert by_button is not by_verb
+    np.testing.assert_array_equal(irradiance(by_button.curve), irradiance(by_verb.curve))
+
+
+def test_a_cancelled_estimate_changes_nothing(dock, qtbot):
+    before = dock.session.state
+    dock.run(block=False)
+    dock.cancel()
+    qtbot.waitUntil(lambda: dock.runner.idle)
+    qtbot.wait(100)
+    assert dock.session.state is before
+
+
+def test_the_method_of_the_settings_comes_first(viewer, qapp, monkeypatch):
+    monkeypatch.setattr(module, "preferences", lambda: Preferences(response="mean"))
+    assert ResponseDock(viewer)._method.method == MeanProfile()
+    monkeypatch.setattr(module, "preferences", lambda: Preferences(response="srgb"))
+    dock = ResponseDock(viewer)
+    assert dock._method.chosen == "rank minimization"
+    assert dock._chosen() == SRGB()
+
+
+def test_the_known_psf_is_a_method_only_when_there_is_one(dock):
+    assert KNOWN_PSF not in dock._methods()
+    with pytest.raises(ValueError, match="known PSF"):
+        dock._method.chosen = KNOWN_PSF
+    dock.session.set_psf(line(7, 0.4))
+    dock._method.chosen = KNOWN_PSF
+    method = dock._method.method
+    assert isinstance(method, KnownPsf)
+    np.testing.assert_array_equal(method.psf, dock.session.state.psf.psf)
+    assert dock.run().estimates[0].curve is not None
+    dock.session.photo = None
+    assert dock._method.chosen == "rank minimization"
+
+
+def test_another_psf_leaves_the_fields_of_the_method(dock):
+    dock._method._fields["polynomial_degree"].value = 5
+    dock.session.set_psf(line(7, 0.4))
+    assert dock._method.method.polynomial.degree == 5
+
+
+def test_a_gray_photo_has_one_curve(dock, blurred):
+    dock._per_channel.value = True
+    assert dock._per_channel.enabled
+    dock.photo = dock.session.viewer.add_image(blurred.photo[..., 1], name="gray")
+    assert not dock._per_channel.enabled
+    assert not dock._per_channel.value
+
+
+def test_each_channel_gets_its_curve_and_is_drawn(dock):
+    dock._per_channel.value = True
+    assert len(dock.run().estimates) == 3
+    assert {"red", "green", "blue"} <= set(labels(dock))
+
+
+def test_a_further_photo_adds_its_edges(dock, blurred):
+    alone = len(dock.run().groups)
+    other = dock.session.viewer.add_image(blurred.photo[::-1], name="other")
+    dock.others = [other]
+    assert len(dock.run().groups) > alone
+    dock._pool.value = False
+    assert dock.others == []
+
+
+def test_a_further_photo_can_be_a_file(dock, blurred, tmp_path):
+    path = tmp_path / "other.png"
+    write_photo(path, blurred.photo[:, ::-1])
+    dock.others = [path]
+    assert any(s.image == 1 for group in dock.run().groups for s in group.sources)
+
+
+def test_a_bad_file_is_named_and_changes_nothing(dock, qtbot, tmp_path, said):
+    path = tmp_path / "broken.png"
+    path.write_bytes(b"\x89PNG\r\n\x1a\nno picture")
+    before = dock.session.state
+    dock.others = [path]
+    dock.run(block=False)
+    qtbot.waitUntil(lambda: not dock.busy)
+    assert dock.session.state is before
+    assert said[-1].level is Level.ERROR
+    assert "broken.png" in said[-1].text
+    with pytest.raises(CrfDeblurError, match=r"nowhere\.png"):
+        dock.others = [tmp_path / "nowhere.png"]
+        dock.run()
+
+
+def test_a_gray_file_for_three_curves_is_named(dock, blurred, tmp_path):
+    path = tmp_path / "gray.png"
+    write_photo(path, blurred.photo[..., 0])
+    dock.others, dock._per_channel.value = [path], True
+    with pytest.raises(CrfDeblurError, match=r"gray\.png.*one response for all"):
+        dock.run()
+
+
+def test_chosen_files_stay_chosen_when_layers_come_and_go(dock, blurred, tmp_path):
+    dock.others = [tmp_path / "one.png"]
+    other = dock.session.viewer.add_image(blurred.photo, name="other")
+    dock._add_files([tmp_path / "two.png"])
+    assert dock.others == [tmp_path / "one.png", tmp_path / "two.png"]
+    assert other in dock._others.choices
+    dock.session.viewer.layers.remove(other)
+    assert other not in dock._others.choices
+
+
+@pytest.mark.parametrize(
+    ("name", "curve"), [("gamma", Gamma(1.9)), ("sRGB", SRGB()), ("linear", Identity())]
+)
+def test_a_response_can_be_assumed(dock, name, curve):
+    dock._known.value, dock._gamma.value = name, 1.9
+    assert dock.use().curve == curve
+    assert dock._gamma.native.isHidden() == (name != "gamma")
+
+
+def test_the_response_of_a_layer_can_be_used(dock, blurred):
+    dock.session.set_response(Gamma(1.7))
+    light = dock.session.linearize()
+    other = dock.session.viewer.add_image(blurred.photo, name="other")
+    dock.photo = other
+    dock._known.value = light
+    np.testing.assert_allclose(irradiance(dock.use().curve), irradiance(Gamma(1.7)), atol=1e-4)
+
+
+def test_a_damaged_response_of_a_layer_is_refused_by_name(dock, qtbot, said):
+    metadata = {"napari-crfdeblur": {"response": {"format": "other"}}}
+    layer = dock.session.viewer.add_image(np.zeros((9, 7)), name="odd", metadata=metadata)
+    dock._known.value = layer
+    press(dock, "Use")
+    assert said[-1].level is Level.ERROR
+    assert "odd" in said[-1].text
+
+
+def test_a_saved_response_is_loaded_again(dock, tmp_path):
+    before = dock.run().curve
+    dock.save(tmp_path / "curve.json")
+    dock.session.set_response(SRGB())
+    after = dock.load(tmp_path / "curve.json").curve
+    np.testing.assert_allclose(irradiance(after), irradiance(before), atol=1e-3)
+
+
+def test_the_dialogs_lead_to_the_same(dock, tmp_path, monkeypatch, said):
+    dock.session.set_response(Gamma(1.7))
+    path = tmp_path / "curve.json"
+    monkeypatch.setattr(module, "ask_save", lambda *_: path)
+    press(dock, "Save...")
+    dock.session.set_response(SRGB())
+    monkeypatch.setattr(module, "ask_open", lambda *_: path)
+    press(dock, "Compare with...")
+    press(dock, "Load...")
+    assert "curve" in labels(dock)
+    monkeypatch.setattr(module, "ask_open_many", lambda *_: [tmp_path / "a.png"])
+    press(dock, "Add files...")
+    assert dock._others.value == [tmp_path / "a.png"]
+    assert all(message.level is Level.INFO for message in said)
+
+
+@pytest.mark.parametrize("content", ["no JSON", '{"format": "crfdeblur-edges"}'])
+def test_a_file_of_another_format_is_refused(dock, tmp_path, monkeypatch, said, content):
+    path = tmp_path / "other.json"
+    path.write_text(content)
+    monkeypatch.setattr(module, "ask_open", lambda *_: path)
+    for text in ("Load...", "Compare with..."):
+        before = dock.session.state
+        press(dock, text)
+        assert said[-1].level is Level.ERROR
+        assert "other.json" in said[-1].text
+        assert dock.session.state is before
+
+
+def test_three_curves_do_not_fit_a_gray_photo(dock, blurred, tmp_path):
+    path = a_file(tmp_path / "three.json", Gamma(1.7), Gamma(1.8), Gamma(1.9))
+    dock.load(path)
+    dock.photo = dock.session.viewer.add_image(blurred.photo[..., 1], name="gray")
+    with pytest.raises(CrfDeblurError, match=r"gray.*one curve"):
+        dock.load(path)
+
+
+def test_nothing_to_save_is_said(dock, tmp_path, monkeypatch, said):
+    monkeypatch.setattr(module, "ask_save", lambda *_: tmp_path / "curve.json")
+    press(dock, "Save...")
+    assert "no response yet" in said[-1].text
+    assert not (tmp_path / "curve.json").exists()
+
+
+def test_a_loaded_curve_is_drawn_beside_until_it_is_dropped(dock, tmp_path):
+    assert labels(dock) == ["gamma 2.2"]
+    dock.session.set_response(Gamma(1.8))
+    dock.compare(a_file(tmp_path / "phone.json", SRGB()))
+    assert labels(dock) == ["gamma 2.2", "phone", "given"]
+    dock.compare(a_file(tmp_path / "slr.json", Gamma(1.7), Gamma(1.8), Gamma(1.9)))
+    assert labels(dock)[1:4] == ["slr red", "slr green", "slr blue"]
+    dock.compare(None)
+    assert labels(dock) == ["gamma 2.2", "given"]
+
+
+@pytest.mark.parametrize(
+    ("status", "level"),
+    [
+        (ResponseStatus.GOOD, Level.INFO),
+        (ResponseStatus.GIVEN, Level.INFO),
+        (ResponseStatus.DOUBTFUL, Level.DOUBT),
+        (ResponseStatus.NOT_CONVERGED, Level.ERROR),
+    ],
+)
+def test_trust_is_told_in_words_and_color(status, level):
+    text, found = trust_in(Fitted((estimate(status),)), earlier=False)
+    assert status.value in text
+    assert found is level
+
+
+def test_one_doubtful_channel_is_named():
+    channels = [estimate(s) for s in (ResponseStatus.GOOD, ResponseStatus.DOUBTFUL)]
+    text, level = trust_in(Fitted((channels[0], channels[0], channels[1])), earlier=False)
+    assert "(blue)" in text
+    assert level is Level.DOUBT
+
+
+def test_an_estimate_from_earlier_edges_is_told(dock):
+    dock.run()
+    assert EARLIER not in dock._trust.value
+    dock.session.remove_edges([0])
+    assert EARLIER in dock._trust.value
+    assert SHADES["dark"][Level.DOUBT] in dock._trust.value
+    dock.session.viewer.theme = "light"
+    assert SHADES["light"][Level.DOUBT] in dock._trust.value
+    dock.session.undo_edges()
+    assert EARLIER not in dock._trust.value
+
+
+def test_the_profiles_fall_on_one_another_once_linearized(dock):
+    assert "no response" in dock._linear.axes.texts[0].get_text()
+    dock.run()
+
+    def spread(plot):
+        rows = np.array([s[:, 1] for s in plot.axes.collections[0].get_segments()])
+        return np.median(rows.std(axis=0))
+
+    assert spread(dock._linear) < spread(dock._recorded)
+
+
+def test_the_group_of_the_selected_edge_is_shown(dock):
+    session = dock.session
+    number = next(n for n in range(len(session.state.edges.edges)) if edge_group(session, n) == 1)
+    session.selected = number
+    assert dock._group.value == 1
+    shown = dock._recorded.axes.collections[0].get_segments()
+    assert len(shown) == len(session.state.edges.groups[1])
+    session.selected = None
+    assert dock._group.value == 1
+
+
+def test_fewer_groups_leave_one_that_there_is(dock):
+    edges = dock.session.state.edges
+    dock._group.value = len(edges.groups) - 1
+    dock.session.set_edges([])
+    assert "no profiles" in dock._recorded.axes.texts[0].get_text()
+    dock.session.undo_edges()
+    assert dock._group.value in range(len(edges.groups))
+
+
+def edge_group(session: Session, number: int) -> int:
+    return session.state.edges.group_of(number)
+
+
+def test_without_a_photo_every_button_says_so(empty, tmp_path):
+    messages: list[Any] = []
+    empty.session.said.connect(messages.append)
+    for text in ("Estimate the response", "Use", "Use this curve"):
+        press(empty, text)
+        assert messages[-1].level is Level.ERROR
+    assert not empty.busy
+
+
+def test_without_edges_the_estimate_says_what_to_do(session, qapp, said):
+    dock = ResponseDock(session.viewer)
+    dock.run(block=False)
+    assert "find them automatically, or draw some" in said[-1].text
+
+
+def test_sliders_change_the_plots_and_nothing_else(dock, qtbot):
+    dock.run()
+    before, actions = dock.session.state, len(dock.session.state.actions)
+    dock.tuning.tune(1.0, 0.2, gamma=1.3)
+    (curve,) = dock.tuning.curves
+    assert isinstance(curve, Tuned)
+    assert curve.gamma == 1.3
+    line = dock._curve.axes.lines[-1]
+    np.testing.assert_allclose(line.get_ydata(), curve.to_irradiance(line.get_xdata()))
+    assert labels(dock)[-1] == "tuned"
+    assert dock.session.state is before
+    assert len(before.actions) == actions
+
+
+def test_sliders_are_followed_once_in_a_turn(dock, qtbot):
+    dock.session.set_response(Gamma(2.0))
+    dock.tuning.on = True
+    qtbot.wait(20)
+    moved: list[Any] = []
+    dock.tuning.moved.connect(lambda: moved.append(dock.tuning.curves[0].gamma))
+    for gamma in (1.1, 1.2, 1.3):
+        dock.tuning.tune(gamma=gamma)
+    qtbot.waitUntil(lambda: bool(moved))
+    qtbot.wait(20)
+    assert moved == [1.3]
+
+
+def test_moving_a_slider_moves_the_drawn_curves(dock, qtbot):
+    dock.session.set_response(Gamma(2.0))
+    dock.tuning.on = True
+    line, rows = dock._curve.axes.lines[-1], dock._linear.axes.collections[0]
+    before = np.array(rows.get_segments())
+    dock.tuning.tune(gamma=1.5)
+    qtbot.waitUntil(lambda: not np.array_equal(rows.get_segments(), before))
+    np.testing.assert_allclose(line.get_ydata(), line.get_xdata() ** 3.0)
+
+
+def test_offsets_of_any_size_leave_a_response(dock):
+    dock.session.set_response(Gamma(2.2))
+    dock.tuning.tune(-6.8, 2.6, -0.9, gamma=0.4)
+    assert np.all(np.diff(irradiance(dock.tuning.curves[0])) > 0)
+
+
+def test_a_tuned_curve_becomes_the_response(dock):
+    base = dock.session.set_response(Gamma(2.0)).curve
+    dock.tuning.tune(0.5, gamma=1.2)
+    (curve,) = dock.tuning.curves
+    assert dock.use_tuned().curve == curve
+    assert curve.base == base
+    assert dock.tuning.curves[0].gamma == 1
+    assert dock.session.state.actions[-1].verb == "set_response"
+
+
+def test_every_channel_is_tuned(dock):
+    dock.session.set_response([Gamma(1.8), Gamma(2.0), Gamma(2.2)])
+    dock.tuning.tune(gamma=1.1)
+    assert [curve.base.exponent for curve in dock.tuning.curves] == [1.8, 2.0, 2.2]
+    assert len(dock.use_tuned().estimates) == 3
+
+
+def test_an_untouched_curve_is_not_used(dock):
+    dock.session.set_response(Gamma(2.0))
+    dock.tuning.on = True
+    with pytest.raises(CrfDeblurError, match="move a slider first"):
+        dock.use_tuned()
+
+
+def test_reset_returns_to_the_response(dock):
+    dock.session.set_response(Gamma(2.0))
+    dock.tuning.tune(0.5, gamma=1.2)
+    dock.tuning.reset()
+    assert dock.tuning.curves[0].gamma == 1
+    assert dock.tuning.curves[0].offsets == (0, 0, 0)
+    dock.tuning.on = False
+    assert dock.tuning.curves == ()
+
+
+def test_without_a_response_there_is_nothing_to_tune(dock):
+    dock.tuning.on = True
+    assert dock.tuning.curves == ()
+    assert not dock.tuning._box.enabled
+    with pytest.raises(CrfDeblurError, match="no response yet"):
+        dock.use_tuned()
+
+
+@pytest.fixture
+def previewing(dock: ResponseDock) -> ResponseDock:
+    """A dock that is ready to preview."""
+    dock.session.set_response(Gamma(1.8))
+    dock.session.set_psf(line(5, 0.3))
+    dock.tuning.on = dock.tuning.previews = True
+    return dock
+
+
+def test_the_preview_shows_the_tuned_curve_and_goes_in_the_end(previewing, qtbot):
+    dock, layers = previewing, previewing.session.viewer.layers
+    before, actions = dock.session.state.fitted, dock.session.state.actions
+    dock.tuning.tune(gamma=1.3)
+    qtbot.waitUntil(lambda: "street [preview]" in layers, timeout=10000)
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
+    qtbot.wait(50)
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
+    shown = np.array(layers["street [preview]"].data)
+    whole = dock.session.preview(curve=dock.tuning.curves[0])
+    np.testing.assert_array_equal(shown, whole.data)
+    assert dock.session.state.fitted is before
+    assert dock.session.state.actions == actions
+    dock.tuning.reset()
+    assert "street [preview]" not in layers
+
+
+@pytest.mark.parametrize("how", ["reset", "untick", "use", "other photo", "no tuning"])
+def test_a_preview_that_comes_too_late_is_not_shown(previewing, qtbot, how):
+    dock = previewing
+    dock.tuning.tune(gamma=1.3)
+    qtbot.waitUntil(lambda: not dock.runner.idle)
+    match how:
+        case "reset":
+            dock.tuning.reset()
+        case "untick":
+            dock.tuning.previews = False
+        case "use":
+            dock.use_tuned()
+        case "other photo":
+            dock.photo = dock.session.viewer.add_image(np.zeros((40, 30)), name="other")
+        case _:
+            dock.tuning.on = False
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
+    qtbot.wait(100)
+    assert "street [preview]" not in dock.session.viewer.layers
+
+
+def test_no_preview_without_a_psf(dock, qtbot):
+    dock.session.set_response(Gamma(2.0))
+    dock.tuning.on = dock.tuning.previews = True
+    dock.tuning.tune(gamma=1.3)
+    qtbot.wait(50)
+    assert dock.runner.idle
+    assert not dock.tuning._preview.enabled
+
+
+def test_it_works_in_a_window_and_ends_with_it(make_napari_viewer_proxy, blurred, qtbot):
+    viewer = make_napari_viewer_proxy(show=True)
+    viewer.add_image(blurred.photo, name="street")
+    dock = ResponseDock(viewer)
+    viewer.window.add_dock_widget(dock, name="2 Response")
+    dock.session.set_response(Gamma(1.8))
+    dock.session.detect_edges()
+    press(dock, "Estimate the response")
+    qtbot.waitUntil(lambda: not dock.busy, timeout=20000)
+    assert dock.session.state.fitted.edges is dock.session.state.edges
+    assert dock.native.minimumSizeHint().width() < 450
+    dock.tuning.on = True
+    qtbot.wait(50)
+    assert dock.native.minimumSizeHint().height() < 950
+    viewer.window.remove_dock_widget(dock.native)
+    dock.session.set_response(Gamma(2.0))
+    qtbot.wait(50)
