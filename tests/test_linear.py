@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from napari_crfdeblur.linear import linearize, reapply
+from napari_crfdeblur.linear import BLOCK, linearize, linearizing, reapply, reapplying
+from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.response import (
     SRGB,
     Emor,
@@ -178,6 +179,30 @@ def test_more_than_a_block_of_pixels_is_worked_on_to_its_end():
     linear = linearize(photo, SRGB())
     np.testing.assert_array_equal(linear[-1], linearize(photo[-1:], SRGB())[0])
     np.testing.assert_array_equal(reapply(linear, SRGB(), np.uint8), photo)
+
+
+@pytest.mark.parametrize("curve", [SRGB(), [Gamma(1.4), Identity(), SRGB()]], ids=["one", "each"])
+@each_kind
+def test_the_jobs_count_every_block_and_give_what_the_verbs_do(curve, dtype):
+    photo = photo_of(dtype, (211, 301, 3))
+    seen: list[Progress] = []
+    linear = drain(linearizing(photo, curve), seen.append)
+    np.testing.assert_array_equal(linear, linearize(photo, curve))
+    reports = len(seen)
+    recorded = drain(reapplying(linear, curve, dtype), seen.append)
+    np.testing.assert_array_equal(recorded, reapply(linear, curve, dtype))
+    for each in (seen[:reports], seen[reports:]):
+        assert len({(report.stage, report.total) for report in each}) == 1
+        assert [report.done for report in each] == list(range(each[0].total + 1))
+        assert each[0].total >= photo.size / BLOCK
+
+
+def test_a_closed_job_stops():
+    job = linearizing(photo_of(np.uint8), SRGB())
+    next(job)
+    job.close()
+    with pytest.raises(StopIteration):
+        next(job)
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 4])

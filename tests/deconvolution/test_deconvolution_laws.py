@@ -5,6 +5,7 @@ from dataclasses import FrozenInstanceError, fields
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy import fft
 from scipy.signal import fftconvolve
 
 from napari_crfdeblur.deconvolution import (
@@ -226,7 +227,31 @@ def test_progress_counts_up_to_the_total(method):
     seen: list[Progress] = []
     drain(deconvolving(leaves((40, 50), 9), shake(), method), seen.append)
     assert len({(each.stage, each.total) for each in seen}) == 1
-    assert [each.done for each in seen] == list(range(seen[0].total + 1))
+    # parts of a step repeat its report; no step is left out, and none comes back
+    done = [each.done for each in seen]
+    assert done == sorted(done)
+    assert sorted(set(done)) == list(range(seen[0].total + 1))
+
+
+@every_method
+@pytest.mark.parametrize("side", [(40, 50), (20, 24)])  # with bands at the border, and without
+def test_a_job_can_be_stopped_between_any_two_transforms(method, side, monkeypatch):
+    transforms, most = [], 0
+    for name in ("rfft2", "irfft2"):
+        monkeypatch.setattr(fft, name, counting(getattr(fft, name), transforms))
+    for _ in deconvolving(leaves(side, 9), shake(5, 3), method):
+        most = max(most, len(transforms))
+        transforms.clear()
+    assert most > 0
+    assert max(most, len(transforms)) <= 2
+
+
+def counting(function, calls):
+    def counted(*arguments, **options):
+        calls.append(function.__name__)
+        return function(*arguments, **options)
+
+    return counted
 
 
 @every_method

@@ -32,7 +32,7 @@ def sine() -> Sine:
 
 
 @pytest.fixture
-def plot(viewer, sine, qtbot) -> Iterator[Plot]:
+def plot(viewer, sine, qapp) -> Iterator[Plot]:  # noqa: ARG001 - there is no widget without it
     plot = Plot(viewer, sine.draw)
     plot.native.resize(300, 210)
     yield plot
@@ -119,6 +119,7 @@ def test_curves_and_letters_can_be_read_in_every_theme(viewer, name):
 
 def test_a_plot_that_was_closed_is_left_alone(viewer, sine, qtbot):
     plot = Plot(viewer, sine.draw)
+    plot.native.resize(300, 210)
     shown(plot, qtbot)
     plot.native.deleteLater()
     qtbot.wait(50)

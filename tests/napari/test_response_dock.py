@@ -27,6 +27,7 @@ from napari_crfdeblur.psf import line
 from napari_crfdeblur.response import SRGB, Gamma, Identity, Tuned
 from napari_crfdeblur.simulate import Simulated
 
+pytestmark = pytest.mark.usefixtures("qapp")
 LEVELS = np.linspace(0, 1, 65)
 
 
@@ -38,14 +39,14 @@ def found(blurred: Simulated) -> EdgeSet:
 
 
 @pytest.fixture
-def dock(session: Session, found: EdgeSet, qapp: Any) -> ResponseDock:
+def dock(session: Session, found: EdgeSet) -> ResponseDock:
     """The dock on a photo with edges."""
     session.set_edges(found.edges, found.extent)
     return ResponseDock(session.viewer)
 
 
 @pytest.fixture
-def empty(viewer: ViewerModel, qapp: Any) -> ResponseDock:
+def empty(viewer: ViewerModel) -> ResponseDock:
     """The dock in a viewer without layers."""
     return ResponseDock(viewer)
 
@@ -55,7 +56,6 @@ def said(session: Session) -> list[Any]:
     """What the user was told."""
     messages: list[Any] = []
     session.said.connect(messages.append)
-    session.__dict__["messages"] = messages
     return messages
 
 
@@ -101,7 +101,7 @@ def test_a_cancelled_estimate_changes_nothing(dock, qtbot):
     assert dock.session.state is before
 
 
-def test_the_method_of_the_settings_comes_first(viewer, qapp, monkeypatch):
+def test_the_method_of_the_settings_comes_first(viewer, monkeypatch):
     monkeypatch.setattr(module, "preferences", lambda: Preferences(response="mean"))
     assert ResponseDock(viewer)._method.method == MeanProfile()
     monkeypatch.setattr(module, "preferences", lambda: Preferences(response="srgb"))
@@ -170,8 +170,8 @@ def test_a_bad_file_is_named_and_changes_nothing(dock, qtbot, tmp_path, said):
     assert dock.session.state is before
     assert said[-1].level is Level.ERROR
     assert "broken.png" in said[-1].text
+    dock.others = [tmp_path / "nowhere.png"]
     with pytest.raises(CrfDeblurError, match=r"nowhere\.png"):
-        dock.others = [tmp_path / "nowhere.png"]
         dock.run()
 
 
@@ -211,7 +211,7 @@ def test_the_response_of_a_layer_can_be_used(dock, blurred):
     np.testing.assert_allclose(irradiance(dock.use().curve), irradiance(Gamma(1.7)), atol=1e-4)
 
 
-def test_a_damaged_response_of_a_layer_is_refused_by_name(dock, qtbot, said):
+def test_a_damaged_response_of_a_layer_is_refused_by_name(dock, said):
     metadata = {"napari-crfdeblur": {"response": {"format": "other"}}}
     layer = dock.session.viewer.add_image(np.zeros((9, 7)), name="odd", metadata=metadata)
     dock._known.value = layer
@@ -352,7 +352,7 @@ def edge_group(session: Session, number: int) -> int:
     return session.state.edges.group_of(number)
 
 
-def test_without_a_photo_every_button_says_so(empty, tmp_path):
+def test_without_a_photo_every_button_says_so(empty):
     messages: list[Any] = []
     empty.session.said.connect(messages.append)
     for text in ("Estimate the response", "Use", "Use this curve"):
@@ -361,13 +361,13 @@ def test_without_a_photo_every_button_says_so(empty, tmp_path):
     assert not empty.busy
 
 
-def test_without_edges_the_estimate_says_what_to_do(session, qapp, said):
+def test_without_edges_the_estimate_says_what_to_do(session, said):
     dock = ResponseDock(session.viewer)
     dock.run(block=False)
     assert "find them automatically, or draw some" in said[-1].text
 
 
-def test_sliders_change_the_plots_and_nothing_else(dock, qtbot):
+def test_sliders_change_the_plots_and_nothing_else(dock):
     dock.run()
     before, actions = dock.session.state, len(dock.session.state.actions)
     dock.tuning.tune(1.0, 0.2, gamma=1.3)

@@ -187,7 +187,7 @@ def test_a_slice_is_a_choice_for_stacks_only(qtbot: QtBot, dock: RestoreDock) ->
     stack = viewer.add_image(rng.integers(0, 255, (3, 40, 50), np.uint8), name="stack")
     dock.photo = stack
     known(dock.session)
-    assert list(dock._what.choices) == [WHOLE, SLICE, VISIBLE]
+    assert list(dock._what.choices) == [WHOLE, VISIBLE, SLICE]
     dock._what.value = SLICE
     viewer.dims.set_current_step(0, 2)
     restored = dock.run()

@@ -53,6 +53,35 @@ def test_response_undoes_the_inverse(curve):
     np.testing.assert_allclose(curve.to_intensity(curve.to_irradiance(seen)), seen, atol=1e-11)
 
 
+BY_NEWTON = [c for c in CURVES if isinstance(c, Polynomial | GeneralizedGamma)]
+each_by_newton = pytest.mark.parametrize("curve", BY_NEWTON, ids=repr)
+
+
+@each_by_newton
+def test_iteration_is_exact_in_the_dark_too(curve):
+    irradiance = np.geomspace(1e-19, 1, 5001)
+    seen = curve.to_intensity(irradiance)
+    # A few roundings of the formula itself.
+    np.testing.assert_allclose(curve.to_irradiance(seen), irradiance, rtol=2e-14)
+    assert np.all(np.diff(seen) > 0)
+
+
+@each_by_newton
+def test_iteration_ends_once_it_has_converged(curve, monkeypatch):
+    evaluated = []
+    inverse = type(curve)._inverse
+
+    def counted(self, intensity):
+        evaluated.append(np.size(intensity))
+        return inverse(self, intensity)
+
+    monkeypatch.setattr(type(curve), "_inverse", counted)
+    curve.to_intensity(np.linspace(0, 1, 10001))
+    # measured: 6 steps, 4.5 for each value
+    assert sum(evaluated) < 7 * 10001
+    assert len(evaluated) < 12
+
+
 @each_curve
 def test_ends_are_fixed_in_both_directions(curve):
     np.testing.assert_array_equal(curve.to_intensity([0, 1]), [0, 1])

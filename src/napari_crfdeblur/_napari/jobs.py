@@ -40,7 +40,17 @@ class Restoration:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Other:
-    """A further photo of the same camera: a plane of a layer, or a file."""
+    """A further photo of the same camera: a plane of a layer, or a file.
+
+    Parameters
+    ----------
+    name : str
+        Name of the layer, or path of the file.
+    load : callable
+        Gives the pixels.
+    edges : tuple of Edge, optional
+        If they are known; otherwise they are found automatically.
+    """
 
     name: str
     load: Callable[[], Image]
@@ -49,7 +59,7 @@ class Other:
     @classmethod
     def of_file(cls, path: Path) -> "Other":
         """A photo in a file, its edges found automatically."""
-        return cls(path.name, lambda: read_photo(path))
+        return cls(str(path), lambda: read_photo(path))
 
 
 def finding_edge_set(

@@ -153,6 +153,7 @@ def _solving(
     """Job: solve ``A x = target`` from and in `plane`, a step between every two reports."""
     yield reports[0]
     residual = target - (yield from system.applying(plane, reports[0]))
+    yield reports[0]
     negligible = (1e-7 * np.linalg.norm(target)) ** 2  # what single precision leaves
     direction, energy = np.zeros_like(plane), 1.0
     for before, after in pairwise(reports):
@@ -176,12 +177,12 @@ def _weighing(
     """Job: second derivative of the prior at every difference: ``w c alpha |d|^(alpha - 2)``."""
     weights = []
     for orders in DERIVATIVES:
-        yield at
         size = np.abs(_derivative(plane, orders))
         np.maximum(size, SMALLEST, out=size)
         np.power(size, exponent - 2, out=size)
         size *= weight * exponent * (1 if sum(orders) == 1 else SECOND)
         weights.append(size)
+        yield at
     return weights
 
 

@@ -131,7 +131,7 @@ class Plot(Container[Widget]):
         axes = self._axes
         size = tuple(self._figure.get_size_inches())
         labels = axes.get_title(), axes.get_xlabel(), axes.get_ylabel(), axes.axison
-        if (size, labels) != self._arranged:
+        if (size, labels) != self._arranged and min(size) > 0:  # 0 before it has a place
             self._arranged = size, labels
             ConstrainedLayoutEngine().execute(self._figure)
 

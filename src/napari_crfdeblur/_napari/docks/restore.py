@@ -166,7 +166,7 @@ class RestoreDock(Dock):
     def _parts(self, _: Any) -> list[str]:
         photo = self.session.photo
         stack = photo is not None and photo.ndim > 2
-        return [WHOLE, SLICE, VISIBLE] if stack else [WHOLE, VISIBLE]
+        return [WHOLE, VISIBLE, SLICE] if stack else [WHOLE, VISIBLE]
 
     def _region(self) -> Region | None:
         photo, source = self.session.source()
