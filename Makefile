@@ -13,7 +13,7 @@ DOCS := $(VENV)/docs-installed
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types wheel docs benchmarks clean
+.PHONY: help demo test lint types wheel docs screenshots benchmarks clean
 
 help: ## List the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
@@ -38,6 +38,10 @@ wheel: $(TOOLS) ## Build the source archive and, from it, the wheel; results in 
 
 docs: $(DOCS) ## Build the documentation; results in build/docs/
 	$(BIN)/mkdocs build --strict --site-dir build/docs
+
+screenshots: $(INSTALLED) ## Take the pictures of the napari pages again, on a virtual screen
+	@.ci/display
+	xvfb-run -a -s "-screen 0 1600x1000x24" $(BIN)/python docs/screenshots.py
 
 benchmarks: $(INSTALLED) ## Run every benchmark and print its table
 	@set -e; for script in benchmarks/[a-z]*.py; do \

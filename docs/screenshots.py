@@ -9,6 +9,7 @@ unless another folder is given. Without a screen: ``make screenshots``.
 import os
 import sys
 from collections.abc import Callable, Sequence
+from math import dist
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +27,9 @@ PLUGIN, SAMPLE = "napari-crfdeblur", "blurred_photo"
 WINDOW, WIDGET = (1500, 950), 430  # pixels: size of the window, width of a widget
 COLORS = 255  # of a picture: enough for the eye, at a third of the size
 TURNS = 40  # of the event loop, until all is drawn
-CAFE, OPERA = (430.0, 400.0), (190.0, 660.0)  # (row, column) in the sample
+# Parts of the sample, (row, column) of their middle.
+SHOP, HOUSE, CAFE = (390.0, 390.0), (330.0, 390.0), (430.0, 400.0)
+DOOR, CORNER = (470.0, 460.0), (190.0, 115.0)
 
 
 class Studio:
@@ -47,9 +50,10 @@ class Studio:
         self.draw()
 
     def widget(self, name: str) -> Any:
-        """Show a widget of the plugin alone, once what the others do is done."""
+        """Show a widget of the plugin, alone."""
         for frame in self._frames:
             frame.hide()
+        self.viewer.window.resize(*WINDOW)
         frame, dock = self.viewer.window.add_plugin_dock_widget(PLUGIN, name)
         frame.show()
         self._frames.append(frame)
@@ -65,8 +69,8 @@ class Studio:
         if middle is None:
             self.viewer.fit_to_view(layers=[self.photo])
         else:
-            self.viewer.camera.center = (0.0, *middle)
-            self.viewer.camera.zoom = zoom
+            camera = self.viewer.scene.camera
+            camera.center, camera.zoom = (0.0, *middle), zoom
         self.draw()
 
     def show(self, *kinds: str) -> None:
@@ -109,15 +113,14 @@ class Studio:
         print(f"{path}: {picture.width} x {picture.height}, {path.stat().st_size // 1000} kB")
 
 
-def take_all(studio: Studio) -> None:
-    """Go through the workflow, and take its pictures."""
+def whole(studio: Studio) -> None:
+    """The photo as it is opened, and all in one."""
     studio.look()
     studio.take("open")
-    edges(studio)
-    response(studio)
-    blur(studio)
-    restore(studio)
-    batch(studio)
+    dock = studio.widget("Deblur (all in one)")
+    dock.run(block=True)
+    studio.look()
+    studio.take("deblur")
 
 
 def edges(studio: Studio) -> None:
@@ -125,15 +128,15 @@ def edges(studio: Studio) -> None:
     dock = studio.widget("1 Edges")
     dock.run(block=True)
     found = dock.session.state.edges
-    upright = found.groups[0]
-    numbers = sorted({source.edge for source in upright.sources})
-    dock.session.selected = numbers[0]
-    studio.look(CAFE, 2.2)
+    upright = {source.edge for source in found.groups[0].sources}
+    dock.session.drawing.choose([min(upright, key=lambda n: dist(found.edges[n].start, DOOR))])
+    studio.look(SHOP, 2.2)
     studio.take("edges")
+    dock.session.drawing.choose([])
 
 
 def response(studio: Studio) -> None:
-    """The response estimated; tuned by hand; in the light theme."""
+    """The response estimated, in both themes."""
     dock = studio.widget("2 Response")
     dock.run(block=True)
     studio.look()
@@ -144,15 +147,19 @@ def response(studio: Studio) -> None:
 
 
 def blur(studio: Studio) -> None:
-    """The PSF estimated; then the response tuned by hand, with a preview."""
+    """The PSF estimated, and seen beside the photo."""
     dock = studio.widget("3 Blur")
     dock.run(block=True)
-    psf = studio.viewer.layers[f"{studio.photo.name} [PSF]"]
-    studio.viewer.fit_to_view(layers=[studio.photo, psf])
+    studio.show("PSF")
+    studio.look(CORNER, 2.2)
     studio.take("blur")
+
+
+def tuning(studio: Studio) -> None:
+    """The response tuned too far, with a preview."""
     dock = studio.widget("2 Response")
     studio.show()
-    studio.look(CAFE, 1.6)
+    studio.look(HOUSE, 1.7)
     dock.tuning.previews = True
     dock.tuning.tune(gamma=1.6)
     studio.draw()
@@ -165,19 +172,19 @@ def restore(studio: Studio) -> None:
     """The photo restored, and compared with gamma 2.2."""
     dock = studio.widget("4 Restore")
     dock.run(block=True)
-    dock.session.compare_with()
     studio.wait(lambda: dock.runner.idle)
     studio.show("deblurred")
-    studio.look()
+    studio.look(SHOP, 2.2)
     studio.take("restore")
+    dock.session.compare_with()
     studio.look(CAFE, 3.0)
     studio.take_details("compare", ["deblurred, gamma 2.2", "deblurred"], (420, 480))
-    studio.show("deblurred")
 
 
 def batch(studio: Studio) -> None:
     """What can be done with many photos, and exported."""
     dock = studio.widget("Batch and export")
+    studio.show("deblurred")
     studio.look()
     dock.choose([studio.photo])
     studio.take("batch")
@@ -186,9 +193,11 @@ def batch(studio: Studio) -> None:
 def main(folder: Path) -> None:
     """Take all pictures into a folder."""
     folder.mkdir(parents=True, exist_ok=True)
-    studio = Studio(folder)
-    take_all(studio)
-    studio.viewer.close()
+    for scenes in ([whole], [edges, response, blur, tuning, restore, batch]):
+        studio = Studio(folder)
+        for scene in scenes:
+            scene(studio)
+        studio.viewer.close()
 
 
 if __name__ == "__main__":

@@ -109,11 +109,11 @@ def _predicting(
         return inverse(smoothing * forward(values), picture.shape) * unknown
 
     residual = predicted(picture) - picture * unknown
+    yield at
     # what remains at single precision; a constant picture is there at once
     negligible = (1e-6 * np.linalg.norm(picture)) ** 2
     direction, energy = residual.copy(), float(np.vdot(residual, residual))
     for _ in range(STEPS):
-        yield at
         if energy <= negligible:
             return
         image = direction - predicted(direction)
@@ -123,6 +123,7 @@ def _predicting(
         previous, energy = energy, float(np.vdot(residual, residual))
         direction *= energy / previous
         direction += residual
+        yield at
 
 
 def _blur_of_deblurred(psf: FloatArray, picture: FloatArray) -> FloatArray:

@@ -1,5 +1,6 @@
 """The response dock: what its buttons do, what it says and draws, and tuning by hand."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ from napari_crfdeblur.estimate import (
     MeanProfile,
     ResponseEstimate,
     ResponseStatus,
+    estimate_response,
 )
 from napari_crfdeblur.io import write_photo, write_responses
 from napari_crfdeblur.psf import line
@@ -41,8 +43,21 @@ def found(blurred: Simulated) -> EdgeSet:
 @pytest.fixture
 def dock(session: Session, found: EdgeSet) -> ResponseDock:
     """The dock on a photo with edges."""
-    session.set_edges(found.edges, found.extent)
+    session.commit(session.photo, session.state.with_edges(found))
     return ResponseDock(session.viewer)
+
+
+@pytest.fixture(scope="module")
+def fitted(found: EdgeSet) -> Fitted:
+    """The response estimated from them, once."""
+    return Fitted((estimate_response(found.groups, MeanProfile()),), found.groups, found)
+
+
+@pytest.fixture
+def estimated(dock: ResponseDock, fitted: Fitted) -> ResponseDock:
+    """The dock on a photo with edges and a response estimated from them."""
+    dock.session.commit(dock.session.photo, replace(dock.session.state, fitted=fitted))
+    return dock
 
 
 @pytest.fixture
@@ -119,7 +134,9 @@ def test_the_known_psf_is_a_method_only_when_there_is_one(dock):
     method = dock._method.method
     assert isinstance(method, KnownPsf)
     np.testing.assert_array_equal(method.psf, dock.session.state.psf.psf)
-    assert dock.run().estimates[0].curve is not None
+    few = [edge for edge in dock.session.state.edges.edges if edge.good][:3]
+    dock.session.set_edges(few)
+    assert dock.run().estimates[0].status is not ResponseStatus.GIVEN
     dock.session.photo = None
     assert dock._method.chosen == "rank minimization"
 
@@ -146,7 +163,7 @@ def test_each_channel_gets_its_curve_and_is_drawn(dock):
 
 def test_a_further_photo_adds_its_edges(dock, blurred):
     alone = len(dock.run().groups)
-    other = dock.session.viewer.add_image(blurred.photo[::-1], name="other")
+    other = dock.session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
     dock.others = [other]
     assert len(dock.run().groups) > alone
     dock._pool.value = False
@@ -155,7 +172,7 @@ def test_a_further_photo_adds_its_edges(dock, blurred):
 
 def test_a_further_photo_can_be_a_file(dock, blurred, tmp_path):
     path = tmp_path / "other.png"
-    write_photo(path, blurred.photo[:, ::-1])
+    write_photo(path, blurred.photo[:150, ::-1])
     dock.others = [path]
     assert any(s.image == 1 for group in dock.run().groups for s in group.sources)
 
@@ -177,7 +194,7 @@ def test_a_bad_file_is_named_and_changes_nothing(dock, qtbot, tmp_path, said):
 
 def test_a_gray_file_for_three_curves_is_named(dock, blurred, tmp_path):
     path = tmp_path / "gray.png"
-    write_photo(path, blurred.photo[..., 0])
+    write_photo(path, blurred.photo[:150, :, 0])
     dock.others, dock._per_channel.value = [path], True
     with pytest.raises(CrfDeblurError, match=r"gray\.png.*one response for all"):
         dock.run()
@@ -220,8 +237,8 @@ def test_a_damaged_response_of_a_layer_is_refused_by_name(dock, said):
     assert "odd" in said[-1].text
 
 
-def test_a_saved_response_is_loaded_again(dock, tmp_path):
-    before = dock.run().curve
+def test_a_saved_response_is_loaded_again(estimated, tmp_path):
+    dock, before = estimated, estimated.session.state.fitted.curve
     dock.save(tmp_path / "curve.json")
     dock.session.set_response(SRGB())
     after = dock.load(tmp_path / "curve.json").curve
@@ -305,8 +322,8 @@ def test_one_doubtful_channel_is_named():
     assert level is Level.DOUBT
 
 
-def test_an_estimate_from_earlier_edges_is_told(dock):
-    dock.run()
+def test_an_estimate_from_earlier_edges_is_told(estimated):
+    dock = estimated
     assert EARLIER not in dock._trust.value
     dock.session.remove_edges([0])
     assert EARLIER in dock._trust.value
@@ -317,9 +334,9 @@ def test_an_estimate_from_earlier_edges_is_told(dock):
     assert EARLIER not in dock._trust.value
 
 
-def test_the_profiles_fall_on_one_another_once_linearized(dock):
+def test_the_profiles_fall_on_one_another_once_linearized(dock, fitted):
     assert "no response" in dock._linear.axes.texts[0].get_text()
-    dock.run()
+    dock.session.commit(dock.photo, replace(dock.session.state, fitted=fitted))
 
     def spread(plot):
         rows = np.array([s[:, 1] for s in plot.axes.collections[0].get_segments()])
@@ -367,8 +384,8 @@ def test_without_edges_the_estimate_says_what_to_do(session, said):
     assert "find them automatically, or draw some" in said[-1].text
 
 
-def test_sliders_change_the_plots_and_nothing_else(dock):
-    dock.run()
+def test_sliders_change_the_plots_and_nothing_else(estimated):
+    dock = estimated
     before, actions = dock.session.state, len(dock.session.state.actions)
     dock.tuning.tune(1.0, 0.2, gamma=1.3)
     (curve,) = dock.tuning.curves
@@ -510,7 +527,7 @@ def test_no_preview_without_a_psf(dock, qtbot):
 
 def test_it_works_in_a_window_and_ends_with_it(make_napari_viewer_proxy, blurred, qtbot):
     viewer = make_napari_viewer_proxy(show=True)
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo[:220, :300], name="street")
     dock = ResponseDock(viewer)
     viewer.window.add_dock_widget(dock, name="2 Response")
     dock.session.set_response(Gamma(1.8))
@@ -522,6 +539,10 @@ def test_it_works_in_a_window_and_ends_with_it(make_napari_viewer_proxy, blurred
     dock.tuning.on = True
     qtbot.wait(50)
     assert dock.native.minimumSizeHint().height() < 950
+    dock.session.set_psf(line(5, 0.3))
+    dock.tuning.previews = True
+    qtbot.waitUntil(lambda: "street [preview]" in viewer.layers, timeout=20000)
     viewer.window.remove_dock_widget(dock.native)
+    assert "street [preview]" not in viewer.layers
     dock.session.set_response(Gamma(2.0))
     qtbot.wait(50)

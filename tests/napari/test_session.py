@@ -189,7 +189,7 @@ def test_without_a_photo_every_verb_says_so(viewer: ViewerModel) -> None:
         (lambda v: v.add_image(np.zeros((0, 5)), contrast_limits=(0, 1)), "rows and columns"),
     ],
 )
-@pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning:napari")
+@pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")
 def test_what_is_no_photo_is_refused_in_a_sentence(
     viewer: ViewerModel, add: Any, said: str
 ) -> None:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges
 from ..errors import CrfDeblurError
 from ..estimate import ResponseFit
 from ..io import read_photo
-from ..linear import Response, clipped_share, linearize, reapply
+from ..linear import Response, clipped_share, linearizing, reapplying
 from ..photo import check_photo, color
 from ..pipeline import (
     DeblurOptions,
@@ -27,6 +28,8 @@ from ..progress import Job, Progress
 from ..psf import PsfEstimate, PsfEstimator, estimating_psf
 from .layers import Region, Source, planes_of
 from .state import EdgeSet, Fitted
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,15 +114,14 @@ def fitting_response(
     return Fitted(estimates, tuple(groups), found)
 
 
-def linearizing(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
+def linearizing_region(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
     """Long job: a region in linear light, (..., M, N) or (..., M, N, 3), plane by plane."""
     linear: FloatArray | None = None
     planes = list(planes_of(region))
     for done, plane in enumerate(planes):
-        yield Progress("linearizing", done, len(planes))
         photo = source.photo(plane)
         check_photo(photo)
-        light = linearize(color(photo), curve)
+        light = yield from _nth(linearizing(color(photo), curve), done, len(planes))
         if linear is None:
             linear = np.empty((len(planes), *light.shape), dtype=light.dtype)
         linear[done] = light
@@ -135,7 +137,7 @@ def seeking_psf(
 ) -> Job[PsfEstimate]:
     """Long job: the PSF of a plane or a part of it; its size is judged if no method is given."""
     photo = yield from _loading(source, region)
-    linear = linearize(color(photo), curve)
+    linear = yield from linearizing(color(photo), curve)
     if method is None:
         extent = extent or (yield from estimating_blur_extent(photo))
         method = suited_estimator(linear, extent)
@@ -150,8 +152,7 @@ def sharpening(
     stack = linear.shape[: len(region) - 2]
     planes = list(np.ndindex(stack))
     for done, index in enumerate(planes):
-        job = deconvolving(linear[index], psf, method)
-        sharp[index] = yield from (_nth(job, done, len(planes)) if len(planes) > 1 else job)
+        sharp[index] = yield from _nth(deconvolving(linear[index], psf, method), done, len(planes))
     return sharp
 
 
@@ -161,9 +162,9 @@ def recording(source: Source, region: Region, sharp: FloatArray, curve: Response
     stack = sharp.shape[: len(region) - 2]
     photos: Image | None = None
     for done, (plane, index) in enumerate(zip(planes, np.ndindex(stack), strict=True)):
-        yield Progress("re-applying the response", done, len(planes))
         photo = source.photo(plane)
-        recorded = with_alpha_of(photo, reapply(sharp[index], curve, photo.dtype))
+        job = reapplying(sharp[index], curve, photo.dtype)
+        recorded = with_alpha_of(photo, (yield from _nth(job, done, len(planes))))
         recorded = source.recorded(recorded)
         if photos is None:
             photos = np.empty((len(planes), *recorded.shape), dtype=recorded.dtype)
@@ -175,7 +176,7 @@ def restoring(
     source: Source, region: Region, curve: Response, psf: FloatArray, method: Deconvolver
 ) -> Job[Restoration]:
     """Long job: the second half of the path for a region."""
-    linear = yield from linearizing(source, region, curve)
+    linear = yield from linearizing_region(source, region, curve)
     sharp = yield from sharpening(linear, region, psf, method)
     photo = yield from recording(source, region, sharp, curve)
     return Restoration(linear, sharp, photo)
@@ -226,8 +227,10 @@ def _stacked(planes: Image | None, region: Region) -> Image:
     return planes.reshape(*stack, *planes.shape[1:])
 
 
-def _nth(job: Job[FloatArray], number: int, count: int) -> Job[FloatArray]:
-    """A job whose progress is the share of the whole stack that is done."""
+def _nth(job: Job[T], number: int, count: int) -> Job[T]:
+    """The job of one slice; its progress is the share of the whole stack that is done."""
+    if count == 1:
+        return (yield from job)
     try:
         while True:
             progress = next(job)
@@ -235,7 +238,7 @@ def _nth(job: Job[FloatArray], number: int, count: int) -> Job[FloatArray]:
             title = f"{progress.stage}, slice {number + 1} of {count}"
             yield Progress(title, done, count * progress.total)
     except StopIteration as stop:
-        result: FloatArray = stop.value
+        result: T = stop.value
         return result
     finally:
         job.close()

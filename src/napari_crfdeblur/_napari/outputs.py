@@ -5,6 +5,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 from napari.layers import Image as ImageLayer
+from napari.layers import Layer
 
 from .._typing import FloatArray, Image
 from ..psf import PsfEstimate
@@ -82,8 +83,8 @@ def show_psf(session: "Session", photo: ImageLayer, psf: PsfEstimate, state: Sta
     return layer
 
 
-def put_below(session: "Session", layer: ImageLayer, restored: ImageLayer | None) -> None:
-    """Move what is compared with the restored photo below it: that is what stays in view."""
+def put_below(session: "Session", layer: Layer, restored: ImageLayer | None) -> None:
+    """Move what would hide the restored photo below it: that is what stays in view."""
     layers = session.viewer.layers
     if restored is not None and restored in layers:
         layers.move(layers.index(layer), layers.index(restored))

@@ -115,7 +115,9 @@ def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, 
     name = source["name"]
     if source["sample"]:
         plugin, sample = source["sample"]
-        return f"(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
+        names.add(("npe2", "PluginManager"))
+        found = "PluginManager.instance().discover()  # done already in a viewer with a window"
+        return f"{found}\n(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
     names |= {("napari_crfdeblur.io", "read_photo")}
     if source["path"]:
         path = f"Path({source['path']!r})"

@@ -47,7 +47,7 @@ def linearizing(
         session.commit(photo, replace(state, linear=linear, sharp=None))
         return layer
 
-    return Step("linearizing", jobs.linearizing(source, where, fitted.curve), finish)
+    return Step("linearizing", jobs.linearizing_region(source, where, fitted.curve), finish)
 
 
 def deconvolving(
@@ -190,6 +190,8 @@ def deblurring(session: "Session", options: DeblurOptions | None = None) -> Step
         outputs.show_psf(session, photo, whole.psf, state)
         yield
         layer = yield from _show_all(session, photo, state, whole.made, source.whole, whole.fitted)
+        if session.drawing.layer is not None:
+            outputs.put_below(session, session.drawing.layer, layer)
         session.say_trust(whole.fitted, whole.psf)
         return layer
 
