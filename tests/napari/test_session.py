@@ -186,7 +186,7 @@ def test_without_a_photo_every_verb_says_so(viewer: ViewerModel) -> None:
     [
         (lambda v: v.add_labels(np.ones((20, 30), dtype=int), name="cells"), "Labels layer"),
         (lambda v: v.add_points(np.ones((3, 2)), name="dots"), "Points layer"),
-        (lambda v: v.add_image(np.zeros((0, 5)), contrast_limits=(0, 1)), "rows and columns"),
+        (lambda v: v.add_image(np.zeros((0, 9, 9)), contrast_limits=(0, 1)), "rows and columns"),
     ],
 )
 @pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")
