@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari import layers, steps
-from napari_crfdeblur._napari.steps import Message
+from napari_crfdeblur._napari.step import Message
 from napari_crfdeblur.edges import EdgeStatus, Line
 from napari_crfdeblur.progress import drain
 

@@ -15,7 +15,7 @@ from napari_crfdeblur._napari.docks.base import SHADES
 from napari_crfdeblur._napari.docks.response import EARLIER, KNOWN_PSF, trust_in
 from napari_crfdeblur._napari.preferences import Preferences
 from napari_crfdeblur._napari.state import EdgeSet, Fitted
-from napari_crfdeblur._napari.steps import Level
+from napari_crfdeblur._napari.step import Level
 from napari_crfdeblur.estimate import (
     GivenResponse,
     KnownPsf,

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -23,10 +23,9 @@ from .layers import (
     unwrapped,
 )
 from .state import Action, EdgeSet
-from .steps import ONE_SLICE, Effects, Level, Step, joined, setting_edges
-
-if TYPE_CHECKING:
-    from .session import Session
+from .step import Effects, Level, Step
+from .steps import ONE_SLICE, joined, setting_edges
+from .workspace import Workspace
 
 DRAWN = ("added", "changed", "removed")  # events that come after the shapes have changed
 DRAWING = {"line": "add_line", "rectangle": "add_rectangle"}  # napari's modes
@@ -77,11 +76,11 @@ class EdgeDrawing:
 
     Parameters
     ----------
-    session : Session
+    session : Workspace
         Whose edges are drawn.
     """
 
-    def __init__(self, session: "Session") -> None:
+    def __init__(self, session: Workspace) -> None:
         self._session = session
         self._all: WeakKeyDictionary[Layer, _Shown] = WeakKeyDictionary()
         self._painting = self._dragging = self._moved = False

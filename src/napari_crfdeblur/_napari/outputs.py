@@ -1,6 +1,6 @@
 """What a session shows: layers of results, named after the photo, with where they came from."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -13,9 +13,7 @@ from ..response import Gamma, ResponseCurve
 from .layers import Region, beside, like
 from .provenance import KEY, provenance
 from .state import State
-
-if TYPE_CHECKING:
-    from .session import Session
+from .workspace import Workspace
 
 LINEAR, SHARP, RESTORED, PSF, PREVIEW = (
     "linear",
@@ -28,7 +26,7 @@ UNIT = (0.0, 1.0)
 
 
 def light_layer(
-    session: "Session",
+    session: Workspace,
     photo: ImageLayer,
     kind: str,
     light: FloatArray,
@@ -41,7 +39,7 @@ def light_layer(
 
 
 def photo_layer(
-    session: "Session",
+    session: Workspace,
     photo: ImageLayer,
     pixels: Image,
     region: Region,
@@ -54,7 +52,7 @@ def photo_layer(
 
 
 def show_preview(
-    session: "Session", photo: ImageLayer, pixels: Image, region: Region
+    session: Workspace, photo: ImageLayer, pixels: Image, region: Region
 ) -> ImageLayer:
     """Show a restored part of the photo in place, instead of the last one."""
     remove_preview(session, photo)
@@ -63,16 +61,16 @@ def show_preview(
     return _front(session, photo, PREVIEW, layer)
 
 
-def remove_preview(session: "Session", photo: ImageLayer) -> None:
+def remove_preview(session: Workspace, photo: ImageLayer) -> None:
     """Take the preview of a photo away, if there is one."""
     layer = newest(session, photo, PREVIEW)
     if layer is not None:
         session.viewer.layers.remove(layer)
 
 
-def show_psf(session: "Session", photo: ImageLayer, psf: PsfEstimate, state: State) -> ImageLayer:
+def show_psf(session: Workspace, photo: ImageLayer, psf: PsfEstimate, state: State) -> ImageLayer:
     """Show the PSF beside the photo, in the layer that it already has or in a new one."""
-    metadata = {KEY: provenance(session, photo, PSF, state)}
+    metadata = {KEY: provenance(photo, PSF, state, session.white_of(photo))}
     new = beside(photo, name_of(photo, PSF), psf.psf, metadata)
     layer = newest(session, photo, PSF)
     if layer is None:
@@ -83,7 +81,7 @@ def show_psf(session: "Session", photo: ImageLayer, psf: PsfEstimate, state: Sta
     return layer
 
 
-def put_below(session: "Session", layer: Layer, restored: ImageLayer | None) -> None:
+def put_below(session: Workspace, layer: Layer, restored: ImageLayer | None) -> None:
     """Move what would hide the restored photo below it: that is what stays in view."""
     layers = session.viewer.layers
     if restored is not None and restored in layers:
@@ -91,19 +89,19 @@ def put_below(session: "Session", layer: Layer, restored: ImageLayer | None) -> 
         layers.selection.active = restored
 
 
-def made_of(session: "Session", photo: ImageLayer) -> dict[ImageLayer, str]:
+def made_of(session: Workspace, photo: ImageLayer) -> dict[ImageLayer, str]:
     """The layers made of a photo that are still there, and their kinds, the newest last."""
     made = dict(session.made.get(photo) or {})
     return {layer: kind for layer, kind in made.items() if layer in session.viewer.layers}
 
 
-def newest(session: "Session", photo: ImageLayer, kind: str) -> ImageLayer | None:
+def newest(session: Workspace, photo: ImageLayer, kind: str) -> ImageLayer | None:
     """The newest layer of a kind, whatever the user calls it now."""
     layers = [layer for layer, own in made_of(session, photo).items() if own == kind]
     return layers[-1] if layers else None
 
 
-def shown(session: "Session", photo: ImageLayer) -> str | None:
+def shown(session: Workspace, photo: ImageLayer) -> str | None:
     """What is seen where the photo is: a kind of result, ``photo``, or None for neither."""
     kinds = {photo: "photo"} | made_of(session, photo)
     seen = [kinds[layer] for layer in session.viewer.layers if layer.visible and layer in kinds]
@@ -122,7 +120,7 @@ def curve_name(curve: ResponseCurve) -> str:
 
 
 def _add(
-    session: "Session",
+    session: Workspace,
     photo: ImageLayer,
     kind: str,
     pixels: Image,
@@ -130,12 +128,13 @@ def _add(
     state: State,
     **options: Any,
 ) -> ImageLayer:
-    metadata = {KEY: provenance(session, photo, kind, state, region)}
+    white = session.white_of(photo)
+    metadata = {KEY: provenance(photo, kind, state, white, region)}
     layer = like(photo, name_of(photo, kind), pixels, region, metadata=metadata, **options)
     return _front(session, photo, kind, layer)
 
 
-def _front(session: "Session", photo: ImageLayer, kind: str, layer: ImageLayer) -> ImageLayer:
+def _front(session: Workspace, photo: ImageLayer, kind: str, layer: ImageLayer) -> ImageLayer:
     """Add a layer on top; it becomes the selected one."""
     session.made.setdefault(photo, WeakKeyDictionary())[layer] = kind
     session.viewer.add_layer(layer)

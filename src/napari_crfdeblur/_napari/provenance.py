@@ -3,7 +3,7 @@
 import json
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from napari.layers import Image as ImageLayer
 
@@ -16,9 +16,6 @@ from ..io.responses import responses_content
 from .layers import Region, file_of, pairs, source_of
 from .state import Action, State
 
-if TYPE_CHECKING:
-    from .session import Session
-
 KEY = "napari-crfdeblur"
 FORMAT, VERSION = "crfdeblur-session", 1
 SUFFIXES = (".json",)
@@ -26,20 +23,24 @@ LIBRARIES = ("numpy", "scipy", "scikit-image", "napari")
 
 
 def provenance(
-    session: "Session", photo: ImageLayer, kind: str, state: State, region: Region | None = None
+    photo: ImageLayer,
+    kind: str,
+    state: State,
+    white: float | None = None,
+    region: Region | None = None,
 ) -> dict[str, Any]:
     """What a layer was made of and how, JSON-safe.
 
     Parameters
     ----------
-    session : Session
-        The session that made it.
     photo : napari.layers.Image
         The photo.
     kind : str
         What the layer shows, such as ``deblurred``.
     state : State
         What was known of the photo, the step that made the layer included.
+    white : float, optional
+        Value of the photo that stands for intensity 1, if it is not the full scale.
     region : tuple of slice, optional
         Part of the photo that the layer holds.
     """
@@ -56,7 +57,7 @@ def provenance(
             "sample": list(photo.source.sample) if photo.source.sample else None,
             "shape": [int(side) for side in source.data.shape],
             "dtype": str(source.dtype),
-            "white": session.white_of(photo),
+            "white": white,
         },
         "region": None if region is None else [list(pair) for pair in pairs(region)],
         "plane": None if edges is None else [list(pair) for pair in pairs(edges.plane)],

@@ -12,7 +12,8 @@ from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..psf import centered, cleared
 from . import outputs
-from .steps import Level, setting_psf
+from .step import Level
+from .steps import setting_psf
 
 if TYPE_CHECKING:
     from .session import Session

@@ -4,41 +4,37 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
-from weakref import WeakKeyDictionary, WeakValueDictionary
+from weakref import WeakValueDictionary
 
 from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
-from napari.layers import Layer, Shapes
-from psygnal import Signal
+from napari.layers import Shapes
 
 from .._typing import FloatArray
 from ..deconvolution import Deconvolver
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
-from ..estimate import ResponseFit, ResponseStatus
+from ..estimate import ResponseFit
 from ..io import read_edges, read_psf, read_responses
 from ..linear import Response
 from ..pipeline import DeblurOptions
-from ..progress import Progress, drain
-from ..psf import PsfEstimate, PsfEstimator, PsfStatus
+from ..psf import PsfEstimate, PsfEstimator
 from ..response import ResponseCurve
 from . import layers, outputs, provenance, script, steps
 from .drawing import EdgeDrawing
-from .layers import Region, Source, Span
+from .layers import Span
 from .state import Action, EdgeSet, Fitted, State
-from .steps import BatchResult, Level, Message, Step
+from .step import Step
+from .steps import BatchResult
+from .workspace import Workspace
 
 T = TypeVar("T")
 R = TypeVar("R")
 
-NO_PHOTO = "there is no photo yet: open one, or choose an image layer"
-NO_EDGES = "there are no edges yet: find them automatically, or draw some"
-NO_RESPONSE = "there is no response yet: estimate it, load one, or choose gamma 2.2 or sRGB"
-NO_PSF = "there is no PSF yet: estimate it, load one, or make one"
 _SESSIONS: WeakValueDictionary[int, "Session"] = WeakValueDictionary()
 
 
-class Session:
+class Session(Workspace):
     """The path from a blurred photo to a sharp one, on the layers of a viewer.
 
     Every stage is a verb that does its work at once and shows the result as layers. The
@@ -73,15 +69,6 @@ class Session:
         `photo` is not an image that can be worked on; the message says what to do.
     """
 
-    photo_changed = Signal()
-    edges_changed = Signal()
-    response_changed = Signal()
-    psf_changed = Signal()
-    layers_changed = Signal()
-    selection_changed = Signal(object)
-    progressed = Signal(Progress)
-    said = Signal(Message)
-
     def __init__(
         self,
         viewer: ViewerModel,
@@ -89,20 +76,9 @@ class Session:
         *,
         white: float | None = None,
     ) -> None:
-        self.viewer: ViewerModel = layers.unwrapped(viewer)
-        # Where steps go that follow from drawing: done at once, unless widgets have a thread.
-        self.start: Callable[[Step[Any, Any]], object] = self.do
-        self._photo: ImageLayer | None = None
-        self._whites: WeakKeyDictionary[Layer, float] = WeakKeyDictionary()
-        self._states: WeakKeyDictionary[Layer, State] = WeakKeyDictionary()
-        # Layers made of each photo, and their kinds.
-        self.made: WeakKeyDictionary[Layer, WeakKeyDictionary[Layer, str]] = WeakKeyDictionary()
-        self._selected: int | None = None
+        super().__init__(viewer)
         self.drawing = EdgeDrawing(self)
         _SESSIONS.setdefault(id(self.viewer), self)
-        # Closures, so that the session lives as long as its viewer.
-        self.viewer.layers.events.inserted.connect(lambda event: self._inserted(event.value))
-        self.viewer.layers.events.removed.connect(lambda event: self._removed(event.value))
         self.photo = photo if photo is not None else self._topmost()
         if white is not None:
             self.white = white
@@ -112,67 +88,6 @@ class Session:
         """The session that all widgets of a viewer share; made on first use."""
         viewer = layers.unwrapped(viewer)
         return _SESSIONS.get(id(viewer)) or cls(viewer)
-
-    @property
-    def photo(self) -> ImageLayer | None:
-        """The photo that is worked on; what is known of others is kept for their turn."""
-        return self._photo
-
-    @photo.setter
-    def photo(self, layer: ImageLayer | None) -> None:
-        layer = layers.unwrapped(layer)
-        if layer is not None:
-            layers.source_of(layer, white=1.0)
-        if layer is self._photo:
-            return
-        self._photo = layer
-        self.selected = None
-        for signal in (
-            self.photo_changed,
-            self.edges_changed,
-            self.response_changed,
-            self.psf_changed,
-            self.layers_changed,
-        ):
-            signal.emit()
-
-    @property
-    def white(self) -> float | None:
-        """Value of the photo that stands for intensity 1; None for its full scale."""
-        return None if self._photo is None else self.white_of(self._photo)
-
-    @white.setter
-    def white(self, value: float | None) -> None:
-        photo = self._required_photo()
-        layers.source_of(photo, white=1.0 if value is None else value)
-        if value is None:
-            self._whites.pop(photo, None)
-        else:
-            self._whites[photo] = float(value)
-        self.photo_changed.emit()
-
-    @property
-    def state(self) -> State:
-        """What is known of the photo."""
-        return State() if self._photo is None else self.state_of(self._photo)
-
-    @property
-    def selected(self) -> int | None:
-        """Number of the edge that is selected in the table, the canvas and the plot."""
-        return self._selected
-
-    @selected.setter
-    def selected(self, number: int | None) -> None:
-        edges = self.state.edges
-        if number is not None and not (edges and 0 <= number < len(edges.edges)):
-            raise ValueError(f"expected the number of an edge, got {number}")
-        if number != self._selected:
-            self._selected = number
-            self.selection_changed.emit(number)
-
-    def do(self, step: Step[T, R]) -> R:
-        """Run a step here and now, its progress on :attr:`progressed`."""
-        return steps.apply(step.finish(drain(step.job, self.progressed.emit)))
 
     def detect_edges(
         self,
@@ -409,10 +324,6 @@ class Session:
                 layer.visible = False  # what lies between them
         photo.visible, restored.visible = True, before
 
-    def record(self) -> dict[str, Any]:
-        """All that was done on the photo and what came out, JSON-safe."""
-        return provenance.provenance(self, self._required_photo(), "session", self.state)
-
     def script(self) -> str:
         """What was done on the photo, as a Python script that runs without a display."""
         return script.as_script(self.record())
@@ -466,92 +377,6 @@ class Session:
             partial(steps.REPEATABLE[action.verb], self, **action.arguments) for action in actions
         ]
 
-    # What steps need of a session.
-
-    def source(self) -> tuple[ImageLayer, Source]:
-        """The photo and its pixels, as they are now."""
-        photo = self._required_photo()
-        return photo, layers.source_of(photo, self.white)
-
-    def state_of(self, photo: ImageLayer) -> State:
-        """What is known of any photo."""
-        return self._states.get(photo, State())
-
-    def white_of(self, photo: ImageLayer) -> float | None:
-        """White level of any photo."""
-        return self._whites.get(photo)
-
-    def plane(self, index: Sequence[int] | None) -> Region:
-        """The plane of a stack at an index, or the one that is shown."""
-        photo, source = self.source()
-        if index is not None:
-            return layers.plane_at(source, index)
-        return layers.shown_plane(self.viewer, photo)
-
-    def region(self, spans: Sequence[Span]) -> Region:
-        """A region of the photo from the start and stop of each axis."""
-        return layers.region_of(self.source()[1], spans)
-
-    def required_edges(self) -> EdgeSet:
-        """The edges; refuses to go on without."""
-        if self.state.edges is None:
-            raise CrfDeblurError(NO_EDGES)
-        return self.state.edges
-
-    def required_response(self) -> Fitted:
-        """The response; refuses to go on without."""
-        if self.state.fitted is None:
-            raise CrfDeblurError(NO_RESPONSE)
-        return self.state.fitted
-
-    def required_pair(self) -> tuple[ImageLayer, ImageLayer]:
-        """The photo and its restored version; refuses to go on without."""
-        restored = self.state.restored
-        if restored is None or restored not in self.viewer.layers:
-            raise CrfDeblurError("there is no deblurred photo yet: restore it first")
-        return self._required_photo(), restored
-
-    def required_psf(self) -> PsfEstimate:
-        """The PSF; refuses to go on without."""
-        if self.state.psf is None:
-            raise CrfDeblurError(NO_PSF)
-        return self.state.psf
-
-    def commit(self, photo: ImageLayer, state: State) -> None:
-        """Keep what a step has found, and tell the views what has changed."""
-        before, self._states[photo] = self.state_of(photo), state
-        if photo is not self._photo:
-            return
-        if state.edges is not before.edges:
-            self.selected = None
-            self.edges_changed.emit()
-        if state.fitted is not before.fitted:
-            self.response_changed.emit()
-        if state.psf is not before.psf:
-            self.psf_changed.emit()
-        if state.restored is not before.restored or state.linear is not before.linear:
-            self.layers_changed.emit()
-
-    def say(self, text: str, level: Level = Level.INFO) -> None:
-        """Tell the user something, wherever the session is shown."""
-        self.said.emit(Message(text, level))
-
-    def say_trust(self, fitted: Fitted | None = None, psf: PsfEstimate | None = None) -> None:
-        """Tell the user how far a response and a PSF can be trusted."""
-        said, doubt = [], False
-        for estimate in fitted.estimates[:1] if fitted else ():
-            said.append(f"response: {estimate.status.value}")
-            doubt |= estimate.status not in (ResponseStatus.GOOD, ResponseStatus.GIVEN)
-        if psf is not None:
-            said.append(f"PSF: {psf.status.value}")
-            doubt |= psf.status is PsfStatus.DOUBTFUL
-        self.say(". ".join(said), Level.DOUBT if doubt else Level.INFO)
-
-    def _required_photo(self) -> ImageLayer:
-        if self._photo is None:
-            raise CrfDeblurError(NO_PHOTO)
-        return self._photo
-
     def _turn_edges(self, state: State | None, otherwise: str) -> None:
         if state is None:
             raise CrfDeblurError(otherwise)
@@ -560,22 +385,3 @@ class Session:
         items = edges.edges if edges else ()
         plane = layers.stack_index(edges.plane) if edges else ()
         self.commit(photo, state.after(Action.of("set_edges", items=tuple(items), plane=plane)))
-
-    def _topmost(self) -> ImageLayer | None:
-        photos = [layer for layer in self.viewer.layers if _is_photo(layer)]
-        return photos[-1] if photos else None
-
-    def _inserted(self, layer: Layer) -> None:
-        if self._photo is None and _is_photo(layer):
-            self.photo = layer
-
-    def _removed(self, layer: Layer) -> None:
-        photo = self._photo
-        if photo is not None and layer is photo:
-            self.photo = None
-            self.say(f"“{photo.name}” was closed; open or choose another photo")
-
-
-def _is_photo(layer: Layer) -> bool:
-    """Whether a layer is an image that was not made here."""
-    return type(layer) is ImageLayer and provenance.KEY not in layer.metadata

@@ -14,7 +14,7 @@ from qtpy.QtCore import QTimer
 from ..errors import CrfDeblurError
 from ..progress import Progress, drain
 from .session import Session
-from .steps import Effects, Level, Step, apply
+from .step import Effects, Level, Step, apply
 
 PERIOD = 20  # milliseconds between looks at a running job: seen as immediate
 

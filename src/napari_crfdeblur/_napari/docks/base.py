@@ -17,7 +17,8 @@ from qtpy.QtWidgets import QSizePolicy
 from ...errors import CrfDeblurError
 from ..provenance import KEY
 from ..session import Session
-from ..steps import Level, Message, Step, detecting_edges
+from ..step import Level, Message, Step
+from ..steps import detecting_edges
 from ..tasks import Make, Runner
 from .keys import FIND_EDGES, FLIP, UNDO_EDGES, Keys
 from .lifetime import Lifetime

@@ -10,7 +10,8 @@ from napari.layers import Image as ImageLayer
 from qtpy.QtWidgets import QApplication
 
 from ...io.images import WRITABLE
-from ..steps import EXPORTS, Step, exporting, restoring_files, restoring_layers
+from ..step import Step
+from ..steps import EXPORTS, exporting, restoring_files, restoring_layers
 from .base import Dock
 from .choices import AUTOMATIC, deconvolvers
 from .files import ask_folder, ask_open, ask_open_many, ask_save

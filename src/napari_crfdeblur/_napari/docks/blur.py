@@ -19,7 +19,8 @@ from ...report import draw_psf
 from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
 from ..psf_editing import PsfEditing
-from ..steps import Level, Step, estimating_psf
+from ..step import Level, Step
+from ..steps import estimating_psf
 from .base import SHADES, Dock, sentence
 from .choices import AUTOMATIC, psf_estimators
 from .files import ask_open, ask_save

@@ -7,7 +7,8 @@ from magicgui.widgets.bases import Widget
 
 from ...pipeline import DeblurOptions
 from ..preferences import preferences
-from ..steps import Step, deblurring
+from ..step import Step
+from ..steps import deblurring
 from .base import Dock
 from .choices import PREFERRED, deconvolvers, fits, given, psf_estimators
 from .forms import MethodForm

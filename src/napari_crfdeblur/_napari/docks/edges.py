@@ -17,7 +17,8 @@ from ...report import draw_profiles
 from ...report.content import normalized
 from ..preferences import preferences
 from ..state import EdgeSet
-from ..steps import Step, detecting_edges, estimating_response, removing_edges, setting_edges
+from ..step import Step
+from ..steps import detecting_edges, estimating_response, removing_edges, setting_edges
 from .base import Dock
 from .choices import PREFERRED, fits
 from .files import ask_open, ask_save

@@ -25,7 +25,8 @@ from ..layers import unwrapped
 from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted
-from ..steps import Level, Step, estimating_response, setting_response
+from ..step import Level, Step
+from ..steps import estimating_response, setting_response
 from .base import SHADES, Dock, sentence
 from .choices import PREFERRED, fits, given
 from .files import ask_open, ask_open_many, ask_save

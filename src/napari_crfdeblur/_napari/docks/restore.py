@@ -12,9 +12,8 @@ from .. import jobs, outputs
 from ..layers import Region, visible_part
 from ..preferences import preferences
 from ..state import Sharp
+from ..step import Step, at_once
 from ..steps import (
-    Step,
-    at_once,
     comparing,
     deconvolving,
     linearizing,

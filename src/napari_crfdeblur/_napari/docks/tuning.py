@@ -16,7 +16,8 @@ from ...estimate.band import DORF_DEVIATIONS
 from ...response import ResponseCurve, tuned
 from ..outputs import remove_preview
 from ..session import Session
-from ..steps import Effects, Level, Step, previewing
+from ..step import Effects, Level, Step
+from ..steps import previewing
 from ..tasks import Runner
 from .forms import tight
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any
 
-from .base import Effects, Level, Message, Step, apply, at_once
+from ..step import Step
 from .batch import BatchResult, restoring_files, restoring_layers
 from .blur import estimating_psf, setting_psf
 from .edges import ONE_SLICE, detecting_edges, joined, removing_edges, setting_edges
@@ -24,12 +24,6 @@ __all__ = [
     "ONE_SLICE",
     "REPEATABLE",
     "BatchResult",
-    "Effects",
-    "Level",
-    "Message",
-    "Step",
-    "apply",
-    "at_once",
     "comparing",
     "deblurring",
     "deconvolving",

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from napari.layers import Image as ImageLayer
 
@@ -16,10 +15,8 @@ from ...pipeline import suited_deconvolver
 from ...progress import Job, Progress
 from .. import jobs, outputs
 from ..layers import Source, source_of, unwrapped
-from .base import Effects, Level, Step, at_once
-
-if TYPE_CHECKING:
-    from ..session import Session
+from ..step import Effects, Level, Step, at_once
+from ..workspace import Workspace
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +44,7 @@ class BatchResult:
 
 
 def restoring_layers(
-    session: "Session", photos: Sequence[ImageLayer], method: Deconvolver | None = None
+    session: Workspace, photos: Sequence[ImageLayer], method: Deconvolver | None = None
 ) -> Step[dict[int, Image | str], BatchResult]:
     """Step of :meth:`Session.restore_layers`."""
     curve, psf, used = _tools(session, method)
@@ -76,7 +73,7 @@ def restoring_layers(
 
 
 def restoring_files(
-    session: "Session",
+    session: Workspace,
     paths: Sequence[Path | str],
     folder: Path | str,
     method: Deconvolver | None = None,
@@ -97,7 +94,7 @@ def restoring_files(
 
 
 def _tools(
-    session: "Session", method: Deconvolver | None
+    session: Workspace, method: Deconvolver | None
 ) -> tuple[Response, FloatArray, Deconvolver]:
     psf = session.required_psf()
     return session.required_response().curve, psf.psf, method or suited_deconvolver(psf)

@@ -1,7 +1,6 @@
 """Steps that change the PSF."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from napari.layers import Image as ImageLayer
 
@@ -11,14 +10,12 @@ from ...psf import PsfEstimate, PsfEstimator, PsfStatus, as_psf
 from .. import jobs, outputs
 from ..layers import Span, pairs
 from ..state import Action
-from .base import Step, at_once
-
-if TYPE_CHECKING:
-    from ..session import Session
+from ..step import Step, at_once
+from ..workspace import Workspace
 
 
 def estimating_psf(
-    session: "Session",
+    session: Workspace,
     method: PsfEstimator | None = None,
     *,
     region: Sequence[Span] | None = None,
@@ -43,7 +40,7 @@ def estimating_psf(
     return Step("estimating the PSF", job, finish)
 
 
-def setting_psf(session: "Session", psf: FloatArray) -> Step[PsfEstimate, PsfEstimate]:
+def setting_psf(session: Workspace, psf: FloatArray) -> Step[PsfEstimate, PsfEstimate]:
     """Step of :meth:`Session.set_psf`."""
     photo, _ = session.source()
     given = PsfEstimate(as_psf(psf), PsfStatus.GIVEN)
@@ -60,7 +57,7 @@ def setting_psf(session: "Session", psf: FloatArray) -> Step[PsfEstimate, PsfEst
     return Step("taking the PSF", job(), finish)
 
 
-def _put(session: "Session", photo: ImageLayer, psf: PsfEstimate, action: Action) -> PsfEstimate:
+def _put(session: Workspace, photo: ImageLayer, psf: PsfEstimate, action: Action) -> PsfEstimate:
     state = session.state_of(photo).after(action, psf=psf)
     outputs.show_psf(session, photo, psf, state)
     session.commit(photo, state)

@@ -1,7 +1,6 @@
 """Steps that change the edges."""
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 from napari.layers import Image as ImageLayer
 
@@ -10,10 +9,8 @@ from ...errors import CrfDeblurError
 from .. import jobs
 from ..layers import Source, stack_index
 from ..state import Action, EdgeSet
-from .base import Effects, Step, at_once
-
-if TYPE_CHECKING:
-    from ..session import Session
+from ..step import Effects, Step, at_once
+from ..workspace import Workspace
 
 Item = Edge | Line | Rectangle
 
@@ -24,7 +21,7 @@ ONE_SLICE = (
 
 
 def detecting_edges(
-    session: "Session",
+    session: Workspace,
     blur_extent: float | None = None,
     *,
     add: bool = False,
@@ -44,7 +41,7 @@ def detecting_edges(
 
 
 def setting_edges(
-    session: "Session",
+    session: Workspace,
     items: Sequence[Item],
     blur_extent: float | None = None,
     *,
@@ -63,7 +60,7 @@ def setting_edges(
     return Step("refining edges", job, finish)
 
 
-def removing_edges(session: "Session", numbers: Sequence[int]) -> Step[EdgeSet, EdgeSet]:
+def removing_edges(session: Workspace, numbers: Sequence[int]) -> Step[EdgeSet, EdgeSet]:
     """Step of :meth:`Session.remove_edges`."""
     found = session.required_edges()
     left = [edge for number, edge in enumerate(found.edges) if number not in set(numbers)]
@@ -79,7 +76,7 @@ def joined(before: EdgeSet | None, now: EdgeSet | None, items: Sequence[Item]) -
 
 
 def _keeping(
-    session: "Session",
+    session: Workspace,
     photo: ImageLayer,
     source: Source,
     before: EdgeSet | None,

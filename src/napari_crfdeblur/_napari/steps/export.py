@@ -21,19 +21,20 @@ from ...report import (
 from ...report.content import usual_curves
 from ..layers import source_of
 from ..provenance import write_session
-from .base import Step, at_once
+from ..script import as_script
+from ..step import Step, at_once
+from ..workspace import Workspace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ..session import Session
 
 PLOTS = (".png", ".svg", ".pdf")
 Write: TypeAlias = Callable[[Path], None]
 """Writes what was taken from a session when the step was made; safe in any thread."""
 
 
-def exporting(session: "Session", what: str, path: Path | str) -> Step[Path, Path]:
+def exporting(session: Workspace, what: str, path: Path | str) -> Step[Path, Path]:
     """Step of :meth:`Session.export`."""
     if what not in EXPORTS:
         raise ValueError(f"expected one of {', '.join(EXPORTS)}, got {what}")
@@ -54,7 +55,7 @@ def exporting(session: "Session", what: str, path: Path | str) -> Step[Path, Pat
     return Step(f"exporting the {what}", job(), finish)
 
 
-def _report(session: "Session") -> Write:
+def _report(session: Workspace) -> Write:
     photo, source = session.source()
     state = session.state
     plane = state.edges.plane if state.edges else session.plane(None)
@@ -78,37 +79,37 @@ def _report(session: "Session") -> Write:
     return write
 
 
-def _response(session: "Session") -> Write:
+def _response(session: Workspace) -> Write:
     content = session.required_response().estimates
     return lambda path: write_responses(path, content)
 
 
-def _edges(session: "Session") -> Write:
+def _edges(session: Workspace) -> Write:
     content = session.required_edges().edges
     return lambda path: write_edges(path, content)
 
 
-def _psf(session: "Session") -> Write:
+def _psf(session: Workspace) -> Write:
     content = session.required_psf().psf
     return lambda path: write_psf(path, content)
 
 
-def _session(session: "Session") -> Write:
+def _session(session: Workspace) -> Write:
     content = session.record()
     return lambda path: write_session(path, content)
 
 
-def _script(session: "Session") -> Write:
-    content = session.script()
+def _script(session: Workspace) -> Write:
+    content = as_script(session.record())
     return lambda path: write_text(path, content)
 
 
-def _response_plot(session: "Session") -> Write:
+def _response_plot(session: Workspace) -> Write:
     responses = session.required_response().estimates
     return partial(_plot, lambda ax: draw_response(ax, responses, usual_curves()))
 
 
-def _profile_plot(session: "Session") -> Write:
+def _profile_plot(session: Workspace) -> Write:
     groups, fitted = session.required_edges().groups, session.state.fitted
     if not groups:
         raise CrfDeblurError("there are no profiles: all edges were rejected")
@@ -116,7 +117,7 @@ def _profile_plot(session: "Session") -> Write:
     return partial(_plot, lambda ax: draw_profiles(ax, groups[0], curves))
 
 
-def _edge_plot(session: "Session") -> Write:
+def _edge_plot(session: Workspace) -> Write:
     found, (_, source) = session.required_edges(), session.source()
 
     def draw(ax: "Axes") -> None:
@@ -127,12 +128,12 @@ def _edge_plot(session: "Session") -> Write:
     return partial(_plot, draw)
 
 
-def _psf_plot(session: "Session") -> Write:
+def _psf_plot(session: Workspace) -> Write:
     psf = session.required_psf().psf
     return partial(_plot, lambda ax: draw_psf(ax, psf))
 
 
-EXPORTS: dict[str, tuple[Callable[["Session"], Write], tuple[str, ...]]] = {
+EXPORTS: dict[str, tuple[Callable[[Workspace], Write], tuple[str, ...]]] = {
     "report": (_report, (".html", ".png")),
     "response": (_response, (".json",)),
     "edges": (_edges, (".json", ".csv")),

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from napari.layers import Image as ImageLayer
 
@@ -16,14 +15,12 @@ from .. import jobs
 from ..jobs import Other
 from ..layers import shown_plane, source_of, unwrapped
 from ..state import Action, Fitted
-from .base import Step, at_once
-
-if TYPE_CHECKING:
-    from ..session import Session
+from ..step import Step, at_once
+from ..workspace import Workspace
 
 
 def estimating_response(
-    session: "Session",
+    session: Workspace,
     method: ResponseFit | None = None,
     *,
     per_channel: bool = False,
@@ -47,7 +44,7 @@ def estimating_response(
     return Step("estimating the response", job, finish)
 
 
-def setting_response(session: "Session", curve: Response) -> Step[Fitted, Fitted]:
+def setting_response(session: Workspace, curve: Response) -> Step[Fitted, Fitted]:
     """Step of :meth:`Session.set_response`."""
     photo, source = session.source()
     curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
@@ -72,7 +69,7 @@ def setting_response(session: "Session", curve: Response) -> Step[Fitted, Fitted
     return Step("taking the response", job(), finish)
 
 
-def _other(session: "Session", other: ImageLayer | Path | str) -> Other:
+def _other(session: Workspace, other: ImageLayer | Path | str) -> Other:
     """A further photo, by layer, by the name of a layer, or by file."""
     if isinstance(other, str) and other in session.viewer.layers:
         other = session.viewer.layers[other]

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from napari.layers import Image as ImageLayer
@@ -20,10 +19,8 @@ from .. import jobs, outputs
 from ..jobs import Restoration
 from ..layers import Pairs, Region, Source, Span, pairs, stack_index, visible_part
 from ..state import Action, EdgeSet, Fitted, Linear, Sharp, State
-from .base import Effects, Step, at_once
-
-if TYPE_CHECKING:
-    from ..session import Session
+from ..step import Effects, Step, at_once
+from ..workspace import Workspace
 
 NOT_LINEAR = "there is no photo in linear light yet: linearize it first"
 NOT_SHARP = "there is nothing deconvolved yet: deconvolve first"
@@ -31,7 +28,7 @@ LARGEST_PREVIEW = 512  # rows and columns: deblurred in about a third of a secon
 
 
 def linearizing(
-    session: "Session", *, region: Sequence[Span] | None = None
+    session: Workspace, *, region: Sequence[Span] | None = None
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.linearize`."""
     photo, source = session.source()
@@ -51,7 +48,7 @@ def linearizing(
 
 
 def deconvolving(
-    session: "Session", method: Deconvolver | None = None
+    session: Workspace, method: Deconvolver | None = None
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.deconvolve`."""
     photo, _ = session.source()
@@ -72,7 +69,7 @@ def deconvolving(
     return Step("deconvolving", job, finish)
 
 
-def reapplying(session: "Session") -> Step[Image, ImageLayer]:
+def reapplying(session: Workspace) -> Step[Image, ImageLayer]:
     """Step of :meth:`Session.reapply`."""
     photo, source = session.source()
     sharp = session.state.sharp
@@ -92,7 +89,7 @@ def reapplying(session: "Session") -> Step[Image, ImageLayer]:
 
 
 def restoring(
-    session: "Session",
+    session: Workspace,
     method: Deconvolver | None = None,
     *,
     region: Sequence[Span] | None = None,
@@ -113,7 +110,7 @@ def restoring(
 
 
 def comparing(
-    session: "Session",
+    session: Workspace,
     curve: ResponseCurve | None = None,
     method: Deconvolver | None = None,
     *,
@@ -148,7 +145,7 @@ def comparing(
 
 
 def previewing(
-    session: "Session", method: Deconvolver | None = None, *, curve: Response | None = None
+    session: Workspace, method: Deconvolver | None = None, *, curve: Response | None = None
 ) -> Step[Image, ImageLayer]:
     """Step of :meth:`Session.preview`: what is visible, restored and shown in place."""
     photo, source = session.source()
@@ -175,7 +172,7 @@ class Whole:
     made: Restoration
 
 
-def deblurring(session: "Session", options: DeblurOptions | None = None) -> Step[Whole, ImageLayer]:
+def deblurring(session: Workspace, options: DeblurOptions | None = None) -> Step[Whole, ImageLayer]:
     """Step of :meth:`Session.deblur`."""
     photo, source = session.source()
     options = options or DeblurOptions()
@@ -187,11 +184,11 @@ def deblurring(session: "Session", options: DeblurOptions | None = None) -> Step
         state = session.state_of(photo).after(*actions, fitted=whole.fitted, psf=whole.psf)
         if whole.edges is not before:
             state = state.with_edges(whole.edges)
+        session.commit(photo, state)
+        yield
         outputs.show_psf(session, photo, whole.psf, state)
         yield
         layer = yield from _show_all(session, photo, state, whole.made, source.whole, whole.fitted)
-        if session.drawing.layer is not None:
-            outputs.put_below(session, session.drawing.layer, layer)
         session.say_trust(whole.fitted, whole.psf)
         return layer
 
@@ -254,7 +251,7 @@ def _restoring_actions(method: Deconvolver | None, region: Pairs | None) -> list
 
 
 def _show_all(
-    session: "Session",
+    session: Workspace,
     photo: ImageLayer,
     state: State,
     made: Restoration,
