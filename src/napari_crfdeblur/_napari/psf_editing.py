@@ -1,7 +1,7 @@
 """Changes of the PSF by hand: faint parts cleared, centered, painted on; all can be undone."""
 
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,13 +10,11 @@ from napari.layers import Layer
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
-from ..psf import centered, cleared
+from ..psf import PsfEstimate, PsfStatus, centered, cleared
 from . import outputs
 from .step import Level
 from .steps import setting_psf
-
-if TYPE_CHECKING:
-    from .session import Session
+from .workspace import Workspace
 
 DEPTH = 50  # changes that can be undone
 PAINT, ERASE = "Control", "Shift"
@@ -33,27 +31,35 @@ class PsfEditing:
         Whose PSF is edited.
     """
 
-    def __init__(self, session: "Session") -> None:
+    def __init__(self, session: Workspace) -> None:
         self._session = session
-        self._known: WeakKeyDictionary[Layer, FloatArray] = WeakKeyDictionary()
-        self._before: WeakKeyDictionary[Layer, list[FloatArray]] = WeakKeyDictionary()
+        self._known: WeakKeyDictionary[Layer, PsfEstimate] = WeakKeyDictionary()
+        self._before: WeakKeyDictionary[Layer, list[PsfEstimate]] = WeakKeyDictionary()
         self._undoing = self._painting = False
         self._canvas: ImageLayer | None = None
-        session.psf_changed.connect(self._remember)
-        session.psf_changed.connect(self._attach)
         self._remember()
+
+    def follow(self) -> None:
+        """Note another PSF of the session, and let it be painted on if the last one was."""
+        self._remember()
+        self._attach()
 
     def use(self, psf: FloatArray) -> None:
         """Take another PSF."""
         self._session.do(setting_psf(self._session, psf))
 
+    def _change(self, psf: FloatArray, of: PsfEstimate | None = None) -> None:
+        """Take a PSF that is the present one, or another, with a change."""
+        edited = (of or self._session.required_psf()).status is not PsfStatus.GIVEN
+        self._session.do(setting_psf(self._session, psf, edited=edited))
+
     def clear(self, share: float) -> None:
         """Set to zero what is below a share, 0 to 1, of the peak."""
-        self.use(cleared(self._session.required_psf().psf, share))
+        self._change(cleared(self._session.required_psf().psf, share))
 
     def center(self) -> None:
         """Move the center of mass to the center pixel."""
-        self.use(centered(self._session.required_psf().psf))
+        self._change(centered(self._session.required_psf().psf))
 
     def undo(self) -> None:
         """Go back to the PSF before the last change."""
@@ -62,7 +68,8 @@ class PsfEditing:
             raise CrfDeblurError("there is no change of the PSF to undo")
         self._undoing = True
         try:
-            self.use(self._before[photo].pop())
+            before = self._before[photo].pop()
+            self._change(before.psf, before)
         finally:
             self._undoing = False
 
@@ -88,8 +95,8 @@ class PsfEditing:
         photo, psf = self._session.photo, self._session.state.psf
         if photo is None or psf is None:
             return
-        known, self._known[photo] = self._known.get(photo), psf.psf
-        if known is not None and known is not psf.psf and not self._undoing:
+        known, self._known[photo] = self._known.get(photo), psf
+        if known is not None and known is not psf and not self._undoing:
             self._before[photo] = [*self._before.get(photo, []), known][-DEPTH:]
 
     def _attach(self) -> None:
@@ -116,10 +123,10 @@ class PsfEditing:
             layer.data = psf.astype(layer.data.dtype)
             yield
         try:
-            self.use(psf)
+            self._change(psf)
         except CrfDeblurError as error:
             self._session.say(str(error), Level.ERROR)
-            self.use(self._session.required_psf().psf)
+            self._change(self._session.required_psf().psf)
 
 
 def _stroke(psf: FloatArray, start: FloatArray, end: FloatArray, value: float) -> None:

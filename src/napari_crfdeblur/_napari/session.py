@@ -213,9 +213,17 @@ class Session(Workspace):
         """
         return self.do(steps.estimating_psf(self, method, region=region))
 
-    def set_psf(self, psf: FloatArray) -> PsfEstimate:
-        """Use a PSF that is known, shape (H, W): non-negative, scaled to sum 1."""
-        return self.do(steps.setting_psf(self, psf))
+    def set_psf(self, psf: FloatArray, *, edited: bool = False) -> PsfEstimate:
+        """Use a PSF that is known.
+
+        Parameters
+        ----------
+        psf : ndarray, shape (H, W)
+            Non-negative, scaled to sum 1; its origin is the center pixel.
+        edited : bool
+            Whether it is an estimate changed by hand: deconvolution then allows for errors.
+        """
+        return self.do(steps.setting_psf(self, psf, edited=edited))
 
     def load_psf(self, path: Path | str) -> PsfEstimate:
         """Use the PSF in a picture or an array file."""

@@ -19,6 +19,7 @@ class PsfStatus(Enum):
 
     GOOD = "the PSF is clearly determined"
     GIVEN = "the PSF was given"
+    EDITED = "the PSF was estimated, and edited by hand"
     DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
 
 

@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Callable
 from html import escape
-from typing import Any
+from typing import Any, TypeAlias
 
 from magicgui.widgets import ComboBox, Container, FloatSpinBox, Label, ProgressBar, PushButton
 from magicgui.widgets.bases import Widget
@@ -12,6 +12,7 @@ from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from napari.utils.theme import get_theme
+from psygnal import SignalInstance
 from qtpy.QtWidgets import QSizePolicy
 
 from ...errors import CrfDeblurError
@@ -28,6 +29,9 @@ SHADES = {
     "dark": {Level.DOUBT: "#f2b544", Level.ERROR: "#ff8a80"},
     "light": {Level.DOUBT: "#8a5a00", Level.ERROR: "#b71c1c"},
 }
+
+
+Followed: TypeAlias = list[tuple[SignalInstance, Callable[..., object]]]
 
 
 class Dock(Container[Widget]):
@@ -174,29 +178,37 @@ class Dock(Container[Widget]):
         photos = [i for i in images if type(i) is ImageLayer]
         return [(i.name, i) for i in photos if i.metadata.get(KEY, {}).get("kind") in kinds]
 
+    def followed(self) -> Followed:
+        """Signals that the widget shows, as long as it is there, and what each of them calls."""
+        return [
+            (self.session.photo_changed, self.refresh),
+            (self.session.said, self._say),
+            (self.runner.changed, self._show_progress),
+        ]
+
     def _connect(self) -> None:
-        session, viewer = self.session, self.session.viewer
-        session.photo_changed.connect(self.refresh)
-        session.said.connect(self._say)
-        self.runner.changed.connect(self._show_progress)
-        viewer.layers.events.inserted.connect(self._inserted)
-        viewer.layers.events.removed.connect(self.refresh)
-        for layer in viewer.layers:
+        layers = self.session.viewer.layers
+        layers.events.inserted.connect(self._inserted)
+        layers.events.removed.connect(self.refresh)
+        for layer in layers:
             layer.events.name.connect(self.refresh)
         self._photo.changed.connect(self._choose_photo)
         self._white.changed.connect(self._choose_white)
         self._cancel.changed.connect(self.cancel)
+        self._follow()
+
+    def _follow(self) -> None:
+        for signal, show in self.followed():
+            signal.connect(show, unique=True)
 
     def _opened(self) -> None:
-        self.runner.changed.connect(self._show_progress, unique=True)
-        self.session.said.connect(self._say, unique=True)
+        self._follow()
         self._keys.add(self, self.shortcuts())
 
     def _closed(self) -> None:
         """Stop what is under way: without a widget nobody could see or cancel it."""
-        # Labels and bars may be gone already.
-        self.runner.changed.disconnect(self._show_progress, missing_ok=True)
-        self.session.said.disconnect(self._say, missing_ok=True)
+        for signal, show in self.followed():
+            signal.disconnect(show, missing_ok=True)  # labels and bars may be gone already
         self._keys.remove(self)
         if not self._keys.in_use:
             self.runner.cancel()

@@ -21,7 +21,7 @@ from ..outputs import name_of
 from ..psf_editing import PsfEditing
 from ..step import Level, Step
 from ..steps import estimating_psf
-from .base import SHADES, Dock, sentence
+from .base import SHADES, Dock, Followed, sentence
 from .choices import AUTOMATIC, psf_estimators
 from .files import ask_open, ask_save
 from .forms import MethodForm
@@ -189,9 +189,16 @@ class BlurDock(Dock):
         self._edit.changed.connect(lambda on: self.attempt(lambda: self._paint(on)))
         return [self._plot, self._status, _row(self._faint, clear, center, back), self._edit]
 
+    def followed(self) -> Followed:
+        """The PSF, to be shown and to be edited."""
+        return [
+            *super().followed(),
+            (self.session.psf_changed, self._editing.follow),
+            (self.session.psf_changed, self._show_psf),
+        ]
+
     def _connect(self) -> None:
         super()._connect()
-        self.session.psf_changed.connect(self._show_psf)
         self.session.viewer.events.theme.connect(self._show_psf)
 
     def _region(self) -> Any:

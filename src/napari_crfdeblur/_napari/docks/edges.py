@@ -19,7 +19,7 @@ from ..preferences import preferences
 from ..state import EdgeSet
 from ..step import Step
 from ..steps import detecting_edges, estimating_response, removing_edges, setting_edges
-from .base import Dock
+from .base import Dock, Followed
 from .choices import PREFERRED, fits
 from .files import ask_open, ask_save
 from .keys import FIND_EDGES
@@ -158,13 +158,19 @@ class EdgesDock(Dock):
         super().refresh()
         self._shapes.reset_choices()
 
+    def followed(self) -> Followed:
+        """The edges, and which is selected."""
+        session = self.session
+        return [
+            *super().followed(),
+            (session.photo_changed, self._remember),
+            (session.edges_changed, self._edges_changed),
+            (session.selection_changed, self._selection_changed),
+        ]
+
     def _connect(self) -> None:
         super()._connect()
-        session = self.session
-        self._seen = session.state.edges
-        session.photo_changed.connect(self._remember)
-        session.edges_changed.connect(self._edges_changed)
-        session.selection_changed.connect(self._selection_changed)
+        self._seen = self.session.state.edges
         self._table.picked.connect(self._pick)
         self._again.changed.connect(lambda wanted: self._estimate() if wanted else None)
         self._show_edges()

@@ -1,6 +1,6 @@
 """The response: estimated from the edges, given or tuned by hand; how far it can be trusted."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +10,6 @@ from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from napari.utils.theme import get_theme
-from psygnal import SignalInstance
 
 from ...estimate import KnownPsf, ResponseStatus
 from ...io import read_responses, write_responses
@@ -27,7 +26,7 @@ from ..provenance import KEY
 from ..state import Fitted
 from ..step import Level, Step
 from ..steps import estimating_response, setting_response
-from .base import SHADES, Dock, sentence
+from .base import SHADES, Dock, Followed, sentence
 from .choices import PREFERRED, fits, given
 from .files import ask_open, ask_open_many, ask_save
 from .forms import MethodForm, tight
@@ -204,37 +203,30 @@ class ResponseDock(Dock):
         profiles.native.setSizePolicy(self._curve.native.sizePolicy())
         return [self._curve, tight(self._group, labels=True), profiles]
 
+    def followed(self) -> Followed:
+        """The response, and what it is estimated from."""
+        session = self.session
+        return [
+            *super().followed(),
+            (session.response_changed, self._response_changed),
+            (session.edges_changed, self._edges_changed),
+            (session.psf_changed, self._offer_methods),
+            (session.selection_changed, self._show_group_of),
+        ]
+
     def _connect(self) -> None:
         super()._connect()
-        self._watch()
         self._tuning.toggled.connect(self._redraw_curves)
         self._tuning.moved.connect(self._move_curves)
         self._show_trust()
 
-    def _watch(self) -> None:
-        """Follow the session; once is enough."""
-        for signal, show in self._followed():
-            signal.connect(show, unique=True)
+    def _opened(self) -> None:
+        super()._opened()
         self.session.viewer.events.theme.connect(self._show_trust)
         self._tuning.watch()
 
-    def _followed(self) -> list[tuple[SignalInstance, Callable[..., None]]]:
-        session = self.session
-        return [
-            (session.response_changed, self._response_changed),
-            (session.edges_changed, self._edges_changed),
-            (session.psf_changed, self._offer_methods),
-            (session.selection_changed, self._follow),
-        ]
-
-    def _opened(self) -> None:
-        super()._opened()
-        self._watch()
-
     def _closed(self) -> None:
         super()._closed()
-        for signal, show in self._followed():
-            signal.disconnect(show, missing_ok=True)
         self.session.viewer.events.theme.disconnect(self._show_trust)
         self._tuning.end()
 
@@ -299,7 +291,7 @@ class ResponseDock(Dock):
         self._show_trust()
         self._redraw_profiles()
 
-    def _follow(self, number: int | None) -> None:
+    def _show_group_of(self, number: int | None) -> None:
         """Show the group of the selected edge."""
         edges = self.session.state.edges
         group = -1 if edges is None or number is None else edges.group_of(number)

@@ -21,7 +21,7 @@ from ..steps import (
     reapplying,
     restoring,
 )
-from .base import Dock, sentence
+from .base import Dock, Followed, sentence
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
 from .forms import MethodForm
 from .keys import PREVIEW
@@ -151,9 +151,12 @@ class RestoreDock(Dock):
         )
         return [_row(flip, self._side), self._shown, self._clipped]
 
+    def followed(self) -> Followed:
+        """The results."""
+        return [*super().followed(), (self.session.layers_changed, self._show_results)]
+
     def _connect(self) -> None:
         super()._connect()
-        self.session.layers_changed.connect(self._show_results)
         self.session.viewer.layers.events.reordered.connect(self._show_shown)
         for layer in self.session.viewer.layers:
             layer.events.visible.connect(self._show_shown)

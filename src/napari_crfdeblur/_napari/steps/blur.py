@@ -40,11 +40,13 @@ def estimating_psf(
     return Step("estimating the PSF", job, finish)
 
 
-def setting_psf(session: Workspace, psf: FloatArray) -> Step[PsfEstimate, PsfEstimate]:
+def setting_psf(
+    session: Workspace, psf: FloatArray, *, edited: bool = False
+) -> Step[PsfEstimate, PsfEstimate]:
     """Step of :meth:`Session.set_psf`."""
     photo, _ = session.source()
-    given = PsfEstimate(as_psf(psf), PsfStatus.GIVEN)
-    action = Action.of("set_psf", psf=given.psf)
+    given = PsfEstimate(as_psf(psf), PsfStatus.EDITED if edited else PsfStatus.GIVEN)
+    action = Action.of("set_psf", psf=given.psf, edited=edited)
 
     def job() -> Job[PsfEstimate]:
         yield Progress("given PSF", 0, 1)
