@@ -16,7 +16,7 @@ from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari import layers, steps
-from napari_crfdeblur._napari.step import Message
+from napari_crfdeblur._napari.step import Message, apply
 from napari_crfdeblur.edges import EdgeStatus, Line
 from napari_crfdeblur.progress import drain
 
@@ -184,7 +184,7 @@ def test_a_line_drawn_while_edges_are_sought_is_kept(session: Session) -> None:
     found = drain(step.job)
     Mouse(session.draw_edges()).drag(*LEVEL)
     drawn = session.state.edges.edges
-    steps.apply(step.finish(found))
+    apply(step.finish(found))
     assert set(session.state.edges.edges) == {*found.edges, *drawn}
     assert len(session.drawing.layer.data) == len(session.state.edges.edges)
 

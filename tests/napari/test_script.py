@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from napari.components import ViewerModel
+from tifffile import imread, imwrite
 
 from napari_crfdeblur import Session
 from napari_crfdeblur._napari.script import expression
@@ -71,6 +72,37 @@ def test_a_photo_from_a_file_is_named_in_the_script(
     done = run(session.script(), tmp_path)
     assert done.returncode == 0, done.stderr
     pixels = read_photo(tmp_path / "street-deblurred.png")
+    np.testing.assert_array_equal(pixels, session.state.restored.data)
+
+
+@pytest.mark.usefixtures("plugin")
+def test_a_stack_from_a_file_is_deblurred_slice_by_slice_by_the_script(
+    viewer: ViewerModel, blurred: Simulated, tmp_path: Path
+) -> None:
+    slices = np.stack([blurred.photo[..., 0], blurred.photo[..., 1]]).astype(np.uint16) * 200
+    imwrite(tmp_path / "stack.tif", slices)
+    (photo,) = viewer.open(tmp_path / "stack.tif", plugin="napari")
+    session = Session(viewer, photo)
+    session.set_response(SRGB())
+    session.set_psf(line(3, 0.0))
+    session.restore()
+    done = run(session.script(), tmp_path)
+    assert done.returncode == 0, done.stderr
+    np.testing.assert_array_equal(
+        imread(tmp_path / "stack-deblurred.tif"), session.state.restored.data
+    )
+
+
+@pytest.mark.usefixtures("plugin")
+def test_a_sample_is_opened_by_the_script(viewer: ViewerModel, tmp_path: Path) -> None:
+    (photo,) = viewer.open_sample("napari-crfdeblur", "step_image")
+    session = Session(viewer, photo)
+    session.set_response(SRGB())
+    session.set_psf(line(3, 0.0))
+    session.restore()
+    done = run(session.script(), tmp_path)
+    assert done.returncode == 0, done.stderr
+    pixels = read_photo(tmp_path / "step_image-deblurred.png")
     np.testing.assert_array_equal(pixels, session.state.restored.data)
 
 

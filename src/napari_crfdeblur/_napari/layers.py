@@ -27,6 +27,7 @@ Span: TypeAlias = slice | tuple[int, int]
 """One axis of a region, in either form."""
 
 SPATIAL = ("scale", "translate", "rotate", "shear", "affine", "units", "axis_labels")
+MANY = "#9a9a9a"  # of further groups: seen on bright and on dark photos
 KINDS = (np.uint8, np.uint16, np.float16, np.float32, np.float64)
 LINE_WIDTH = 0.004  # of the photo's longer side, for edges that can be seen and clicked
 
@@ -340,7 +341,7 @@ def group_color(group: int) -> str:
     """Color of an orientation group in every view; -1 stands for rejected edges."""
     if group < 0:
         return REJECTED
-    return GROUPS[group] if group < len(GROUPS) else OTHERS
+    return GROUPS[group] if group < len(GROUPS) else MANY
 
 
 def drawn_shape(layer: Shapes, number: int, photo: ImageLayer) -> Line | Rectangle:

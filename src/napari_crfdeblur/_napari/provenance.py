@@ -54,8 +54,10 @@ def provenance(
         "source": {
             "name": photo.name,
             "path": file_of(photo),
+            "reader": photo.source.reader_plugin,
             "sample": list(photo.source.sample) if photo.source.sample else None,
             "shape": [int(side) for side in source.data.shape],
+            "rgb": source.rgb,
             "dtype": str(source.dtype),
             "white": white,
         },

@@ -20,7 +20,7 @@ session = Session(viewer, photo{white})
 '''
 TAIL = """
 if session.state.restored is not None:
-    write_photo(Path("{stem}-deblurred{suffix}"), session.state.restored.data)
+    {write}
 session.save("{stem}-session.json")
 """
 
@@ -40,24 +40,23 @@ def as_script(record: dict[str, Any]) -> str:
         made in memory; does the same steps with the same arguments, and writes the result.
     """
     names: set[tuple[str, str]] = {("napari.components", "ViewerModel")}
-    names |= {("napari_crfdeblur", "Session"), ("napari_crfdeblur.io", "write_photo")}
-    names |= {("pathlib", "Path")}
+    names.add(("napari_crfdeblur", "Session"))
     lines = []
     for action in actions_of(record, "the session"):
         arguments = [f"{k}={expression(v, names)}" for k, v in action.arguments.items()]
         lines.append(f"session.{action.verb}({', '.join(arguments)})")
     source = record["source"]
     opening, stem = _opening(source, names)
-    white = "" if source["white"] is None else f", white={source['white']!r}"
-    suffix = ".png" if source["dtype"] in ("uint8", "uint16") else ".tif"
     head = HEAD.format(
         name=source["name"],
         version=record["software"]["napari-crfdeblur"],
-        imports=_imports(names),
         opening=opening,
-        white=white,
+        white="" if source["white"] is None else f", white={source['white']!r}",
+        imports="{imports}",
     )
-    return head + "\n".join(lines) + "\n" + TAIL.format(stem=stem, suffix=suffix)
+    tail = TAIL.format(stem=stem, write=_writing(source, stem, names))
+    body = head + "\n".join(lines) + "\n" + tail
+    return body.replace("{imports}", _imports(names), 1)
 
 
 def expression(value: Any, names: set[tuple[str, str]]) -> str:
@@ -111,21 +110,30 @@ def _refer(kind: type, names: set[tuple[str, str]]) -> None:
 
 
 def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, str]:
-    """The line that opens the photo, and the stem of the results' names."""
-    name = source["name"]
+    """The lines that open the photo, and the stem of the results' names."""
+    # Napari looks for plugins only when it opens a window.
+    discover = "PluginManager.instance().discover()"
     if source["sample"]:
-        plugin, sample = source["sample"]
         names.add(("npe2", "PluginManager"))
-        found = "PluginManager.instance().discover()  # done already in a viewer with a window"
-        return f"{found}\n(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
-    names |= {("napari_crfdeblur.io", "read_photo")}
+        plugin, sample = source["sample"]
+        return f"{discover}\n(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
     if source["path"]:
-        path = f"Path({source['path']!r})"
-        stem = Path(source["path"]).stem
-    else:
-        names.add(("sys", ""))
-        path, stem = "Path(sys.argv[1])", "photo"
-    return f"photo = viewer.add_image(read_photo({path}), name={name!r})", stem
+        names.add(("npe2", "PluginManager"))
+        opened = f"viewer.open({source['path']!r}, plugin={source['reader'] or 'napari'!r})"
+        return f"{discover}\nphoto = {opened}[0]", Path(source["path"]).stem
+    names |= {("sys", ""), ("napari_crfdeblur.io", "read_photo"), ("pathlib", "Path")}
+    photo = f"viewer.add_image(read_photo(Path(sys.argv[1])), name={source['name']!r})"
+    return f"photo = {photo}", "photo"
+
+
+def _writing(source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:
+    """The line that writes the result: a photo, or a stack as TIFF."""
+    if len(source["shape"]) - source["rgb"] > 2:
+        names.add(("tifffile", "imwrite"))
+        return f'imwrite("{stem}-deblurred.tif", session.state.restored.data)'
+    names |= {("napari_crfdeblur.io", "write_photo"), ("pathlib", "Path")}
+    suffix = ".png" if source["dtype"] in ("uint8", "uint16") else ".tif"
+    return f'write_photo(Path("{stem}-deblurred{suffix}"), session.state.restored.data)'
 
 
 def _imports(names: set[tuple[str, str]]) -> str:

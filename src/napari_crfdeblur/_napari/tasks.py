@@ -1,8 +1,10 @@
 """Threads, all of them: steps run beside the window, with progress, cancel and a clean end."""
 
+import sys
 from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from importlib import import_module
 from inspect import GEN_RUNNING, getgeneratorstate
 from threading import Event
 from typing import Any, TypeAlias
@@ -212,3 +214,31 @@ class Runner:
 
 
 _RUNNERS: "WeakValueDictionary[int, Runner]" = WeakValueDictionary()
+
+
+def load_beside(module: str, then: Callable[[], object]) -> None:
+    """Import a module in a thread of its own, and call `then` in this one once it is there.
+
+    For what takes long to load and is not needed at once: the window goes on meanwhile.
+    """
+    if module in sys.modules:
+        then()
+        return
+    future = _LOADER.submit(import_module, module)
+    timer = QTimer()
+    timer.setInterval(PERIOD)
+
+    def look() -> None:
+        if future.done():
+            timer.stop()
+            _LOADING.discard(timer)
+            future.result()
+            then()
+
+    timer.timeout.connect(look)
+    _LOADING.add(timer)  # Qt does not keep it
+    timer.start()
+
+
+_LOADER = ThreadPoolExecutor(1, thread_name_prefix="crfdeblur-load")
+_LOADING: set[QTimer] = set()

@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from enum import Enum
 
 import numpy as np
-from scipy.linalg.lapack import dsyevr
 
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
@@ -75,6 +74,8 @@ class RankMinimization(ResponseFit):
 
 def _second_over_first(matrix: FloatArray) -> tuple[float, FloatArray]:
     """``sigma_2 / sigma_1`` and its gradient: ``d sigma_i = u_i' dA v_i``."""
+    from scipy.linalg.lapack import dsyevr  # loads in a sixth of a second
+
     tall = matrix.shape[0] >= matrix.shape[1]
     # The two largest eigenpairs of the smaller Gram matrix, by LAPACK itself: most matrices
     # are small. The ratio is seldom below 1e-4, its square far above rounding.

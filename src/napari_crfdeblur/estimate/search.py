@@ -2,15 +2,18 @@
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.optimize import OptimizeResult, minimize
 
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..progress import Progress
 from . import polynomial
 from .rows import Rows
+
+if TYPE_CHECKING:
+    from scipy.optimize import OptimizeResult
 
 Objective = Callable[[FloatArray], tuple[float, FloatArray]]
 GroupObjective = Callable[[Rows, FloatArray], tuple[float, FloatArray]]
@@ -77,6 +80,8 @@ def search(objective: Objective, *starts: FloatArray) -> Found:
 
 
 def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Found:
+    from scipy.optimize import minimize  # loads in a third of a second
+
     change = polynomial.well_scaled(start.size - 1)
 
     def changed(c: FloatArray) -> tuple[float, FloatArray]:
@@ -96,10 +101,10 @@ def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Foun
     return Found(coefficients, float(end.fun), ended)
 
 
-def _stop_when_settled(least_gain: float) -> Callable[[OptimizeResult], None]:
+def _stop_when_settled(least_gain: float) -> Callable[["OptimizeResult"], None]:
     values: list[float] = []
 
-    def after_step(intermediate_result: OptimizeResult) -> None:
+    def after_step(intermediate_result: "OptimizeResult") -> None:
         values.append(intermediate_result.fun)
         if len(values) > PATIENCE and values[-1] > (1 - least_gain) * values[-1 - PATIENCE]:
             raise StopIteration

@@ -23,6 +23,7 @@ from ..steps import detecting_edges
 from ..tasks import Make, Runner
 from .keys import FIND_EDGES, FLIP, UNDO_EDGES, Keys
 from .lifetime import Lifetime
+from .scrolled import Scrolled
 
 # Amber and red that can be read on a dark and on a light ground.
 SHADES = {
@@ -63,7 +64,7 @@ class Dock(Container[Widget]):
             tooltip="image layer to work on; its results are named after it",
         )
         self._white = FloatSpinBox(
-            label="white level",
+            label="white level (0: automatic)",
             min=0,
             max=1e12,
             step=1,
@@ -79,11 +80,14 @@ class Dock(Container[Widget]):
         self._message = sentence()
         self._buttons: list[PushButton] = []
         progress: list[Widget] = [self._bar, self._cancel]
-        self.append(Container(widgets=[self._photo, self._white]))
-        self.extend(self.body())
-        self.append(Container(widgets=progress, layout="horizontal", labels=False))
-        self.append(self._stage)
-        self.append(self._message)
+        self.controls: Container[Widget] = Container(labels=False)
+        self.controls.append(Container(widgets=[self._photo, self._white]))
+        self.controls.extend(self.body())
+        self.controls.append(Container(widgets=progress, layout="horizontal", labels=False))
+        self.controls.append(self._stage)
+        self.controls.append(self._message)
+        self.margins = (0, 0, 0, 0)
+        self.native.layout().addWidget(Scrolled(self.controls.native))
         self._connect()
         self.refresh()
         self._keys = Keys.of(self.session.viewer)

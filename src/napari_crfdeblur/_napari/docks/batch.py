@@ -7,9 +7,11 @@ from typing import Any
 from magicgui.widgets import ComboBox, Container, Label, PushButton, Select
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
+from napari.layers import Layer
 from qtpy.QtWidgets import QApplication
 
 from ...io.images import WRITABLE
+from ..provenance import KEY
 from ..step import Step
 from ..steps import EXPORTS, exporting, restoring_files, restoring_layers
 from .base import Dock
@@ -27,7 +29,7 @@ class BatchDock(Dock):
             "deconvolution", deconvolvers(), AUTOMATIC, "how the blur is undone"
         )
         self._layers = Select(
-            choices=self._photos,
+            choices=self._originals,
             tooltip="photos and stacks of the same camera with the same blur; a stack is "
             "deblurred slice by slice",
         )
@@ -61,6 +63,10 @@ class BatchDock(Dock):
         """Show the layers that there are, those that were chosen still so."""
         super().refresh()
         self._layers.reset_choices()
+
+    def _originals(self, _: Any) -> list[tuple[str, Layer]]:
+        """Photos that were not deblurred already."""
+        return [(name, layer) for name, layer in self._photos(None) if KEY not in layer.metadata]
 
     def step(self) -> Step[Any, Any]:
         """Every chosen layer deblurred."""

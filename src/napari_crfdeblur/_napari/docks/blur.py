@@ -19,7 +19,7 @@ from ...report import draw_psf
 from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
 from ..psf_editing import PsfEditing
-from ..step import Level, Step
+from ..step import Level, Message, Step
 from ..steps import estimating_psf
 from .base import SHADES, Dock, Followed, sentence
 from .choices import AUTOMATIC, psf_estimators
@@ -188,6 +188,10 @@ class BlurDock(Dock):
         )
         self._edit.changed.connect(lambda on: self.attempt(lambda: self._paint(on)))
         return [self._plot, self._status, _row(self._faint, clear, center, back), self._edit]
+
+    def _say(self, message: Message) -> None:
+        """Say it; how far the PSF can be trusted is said above."""
+        super()._say(Message("") if message.text.startswith("PSF: ") else message)
 
     def followed(self) -> Followed:
         """The PSF, to be shown and to be edited."""

@@ -21,7 +21,7 @@ class DeblurDock(Dock):
         """The methods, and the button."""
         chosen = preferences()
         self._extent = FloatSpinBox(
-            label="blur extent, px",
+            label="blur extent, px (0: automatic)",
             value=chosen.blur_extent or 0,
             min=0,
             max=200,

@@ -39,7 +39,7 @@ class EdgesDock(Dock):
         """How edges are found, drawn and changed; the table and the profiles."""
         chosen = preferences()
         self._extent = FloatSpinBox(
-            label="blur extent, px",
+            label="blur extent, px (0: automatic)",
             value=chosen.blur_extent or 0,
             min=0,
             max=200,
@@ -105,9 +105,9 @@ class EdgesDock(Dock):
         tip = "do without the selected edges"
         self._delete = _button("Delete", tip, lambda: self.remove_selected(block=False))
         tip = "replace the edges by those of a JSON file, refined on this photo"
-        load = self.button("Load…", tip, self._ask_load)
+        load = self.button("Load...", tip, self._ask_load)
         tip = "save all edges as JSON, or as CSV for a spreadsheet"
-        self._save = _button("Save…", tip, self._ask_save)
+        self._save = _button("Save...", tip, self._ask_save)
         return _row(self._undo, self._redo, self._delete, load, self._save)
 
     def step(self) -> Step[EdgeSet, EdgeSet]:

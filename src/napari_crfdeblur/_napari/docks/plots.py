@@ -1,5 +1,6 @@
 """Plots in a widget: cleared, drawn by the core on an Axes, and colored like napari."""
 
+import sys
 from collections import deque
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -14,12 +15,14 @@ from qtpy.QtCore import QEvent, QObject, QTimer
 from qtpy.QtWidgets import QSizePolicy
 
 from ...report.colors import DARK, PAPER, Palette
+from ..tasks import load_beside
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+MATPLOTLIB = "matplotlib.backends.backend_qtagg"
 HEIGHT = 210  # pixels: a plot that can be read, with room for the controls
 
 
@@ -51,30 +54,35 @@ class Plot(Container[Widget]):
         *,
         height: int = HEIGHT,
     ) -> None:
-        # matplotlib takes a third of a second to load: only widgets with plots wait for it.
-        from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
-        from matplotlib.figure import Figure
-
         super().__init__(labels=False)
         self._viewer, self._draw = viewer, draw
-        self._figure = Figure(facecolor=get_theme(viewer.theme).background.as_hex())
-        self._axes = self._figure.add_subplot()
         self._moving: list[Artist] = []
         self._ground: Any = None
         self._arranged: Any = None
         self._stale = True
+        self._built = False
+        self.margins = (0, 0, 0, 0)
+        self.native.setMinimumHeight(height)
+        # Plots take the room that controls leave.
+        self.native.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        self._shown = _Shown(self.native, ref(self))
+        viewer.events.theme.connect(self.redraw)
+        load_beside(MATPLOTLIB, self.redraw)
+
+    def _build(self) -> None:
+        """Make the figure: when it is needed, since matplotlib takes its time to load."""
+        from matplotlib.backends.backend_qtagg import FigureCanvasQTAgg
+        from matplotlib.figure import Figure
+
+        self._figure = Figure(facecolor=get_theme(self._viewer.theme).background.as_hex())
+        self._axes = self._figure.add_subplot()
         self.canvas = FigureCanvasQTAgg(self._figure)
-        self.canvas.setMinimumHeight(height)
         # As large as there is room: matplotlib's 640 x 480 would make the window wider.
         self.canvas.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Ignored)
         self.canvas.mpl_connect("draw_event", self._drawn)
-        self._shown = _Shown(self.canvas, ref(self))
-        self.margins = (0, 0, 0, 0)
+        self.canvas.installEventFilter(self._shown)  # its size follows that of the widget
         self.native.layout().addWidget(self.canvas)
-        # Plots take the room that controls leave.
-        self.native.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        viewer.events.theme.connect(self.redraw)
-        self.redraw()
+        self._built = True
 
     @property
     def axes(self) -> "Axes":
@@ -105,7 +113,7 @@ class Plot(Container[Widget]):
 
     def paint(self) -> bool:
         """Draw if it can be seen: one piece of the work, and whether there is more to do."""
-        if not self.canvas.isVisible():
+        if not self.native.isVisible() or MATPLOTLIB not in sys.modules:
             return False
         if self._stale:
             self._catch_up()
@@ -116,6 +124,8 @@ class Plot(Container[Widget]):
     def _catch_up(self) -> None:
         if not self._stale:
             return
+        if not self._built:
+            self._build()
         self._stale, self._ground = False, None
         self._axes.clear()
         self._moving = list(self._draw(self._axes) or ())
@@ -163,12 +173,12 @@ class Plot(Container[Widget]):
 
 
 class _Shown(QObject):
-    """Watches a canvas: a plot is drawn once it can be seen, and arranged for a new size."""
+    """Watches a widget: its plot is drawn once it can be seen, and arranged for a new size."""
 
-    def __init__(self, canvas: Any, plot: "ref[Plot]") -> None:
-        super().__init__(canvas)
+    def __init__(self, widget: Any, plot: "ref[Plot]") -> None:
+        super().__init__(widget)
         self._plot = plot
-        canvas.installEventFilter(self)
+        widget.installEventFilter(self)
 
     def eventFilter(self, _: Any, event: Any) -> bool:
         """Ask for a drawing; the event itself goes on."""

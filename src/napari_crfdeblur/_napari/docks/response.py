@@ -24,7 +24,7 @@ from ..layers import unwrapped
 from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted
-from ..step import Level, Step
+from ..step import Level, Message, Step
 from ..steps import estimating_response, setting_response
 from .base import SHADES, Dock, Followed, sentence
 from .choices import PREFERRED, fits, given
@@ -203,6 +203,10 @@ class ResponseDock(Dock):
         profiles.native.setSizePolicy(self._curve.native.sizePolicy())
         return [self._curve, tight(self._group, labels=True), profiles]
 
+    def _say(self, message: Message) -> None:
+        """Say it; how far the response can be trusted is said above."""
+        super()._say(Message("") if message.text.startswith("response: ") else message)
+
     def followed(self) -> Followed:
         """The response, and what it is estimated from."""
         session = self.session
@@ -218,6 +222,7 @@ class ResponseDock(Dock):
         super()._connect()
         self._tuning.toggled.connect(self._redraw_curves)
         self._tuning.moved.connect(self._move_curves)
+        self.session.viewer.events.theme.connect(self._show_trust)
         self._show_trust()
 
     def _opened(self) -> None:

@@ -31,7 +31,9 @@ def estimating_response(
     edges = session.required_edges()
     further = [_other(session, other) for other in others]
     named = tuple(other.name for other in further)
-    action = Action.of("estimate_response", method=method, per_channel=per_channel, others=named)
+    fit = method or RankMinimization()
+    chosen = None if fit == RankMinimization() else fit
+    action = Action.of("estimate_response", method=chosen, per_channel=per_channel, others=named)
 
     @at_once
     def finish(fitted: Fitted) -> Fitted:
@@ -39,7 +41,6 @@ def estimating_response(
         session.say_trust(fitted)
         return fitted
 
-    fit = method or RankMinimization()
     job = jobs.fitting_response(source, edges, [fit] * 3 if per_channel else fit, further)
     return Step("estimating the response", job, finish)
 

@@ -1,0 +1,34 @@
+"""A widget that can be lower than what it holds: on small screens it scrolls."""
+
+from qtpy.QtCore import QEvent, QObject, QSize, Qt
+from qtpy.QtWidgets import QFrame, QScrollArea, QWidget
+
+
+class Scrolled(QScrollArea):
+    """Scrolls up and down; as wide as what it holds.
+
+    Parameters
+    ----------
+    content : QWidget
+        What is shown.
+    """
+
+    def __init__(self, content: QWidget) -> None:
+        super().__init__()
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setWidgetResizable(True)
+        self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        self.setWidget(content)
+
+    def sizeHint(self) -> QSize:
+        """As high as the content would like to be, not only a few lines."""
+        content = self.widget()
+        return super().sizeHint() if content is None else content.sizeHint()
+
+    def eventFilter(self, watched: QObject | None, event: QEvent | None) -> bool:
+        """Follow the content when it gets wider: a plot, or a section that was opened."""
+        content, bar = self.widget(), self.verticalScrollBar()
+        asks = event is not None and event.type() == QEvent.Type.LayoutRequest
+        if asks and content is not None and bar is not None:
+            self.setMinimumWidth(content.minimumSizeHint().width() + bar.sizeHint().width())
+        return super().eventFilter(watched, event)
