@@ -1,7 +1,7 @@
 """A widget that can be lower than what it holds: on small screens it scrolls."""
 
 from qtpy.QtCore import QEvent, QObject, QSize, Qt
-from qtpy.QtWidgets import QFrame, QScrollArea, QWidget
+from qtpy.QtWidgets import QFrame, QScrollArea, QSizePolicy, QVBoxLayout, QWidget
 
 
 class Scrolled(QScrollArea):
@@ -19,6 +19,9 @@ class Scrolled(QScrollArea):
         self.setWidgetResizable(True)
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setWidget(content)
+        layout = content.layout()
+        if isinstance(layout, QVBoxLayout) and not _grows(layout):
+            layout.addStretch()  # or the room that is left would come between the controls
 
     def sizeHint(self) -> QSize:
         """As high as the content would like to be, not only a few lines."""
@@ -32,3 +35,10 @@ class Scrolled(QScrollArea):
         if asks and content is not None and bar is not None:
             self.setMinimumWidth(content.minimumSizeHint().width() + bar.sizeHint().width())
         return super().eventFilter(watched, event)
+
+
+def _grows(layout: QVBoxLayout) -> bool:
+    """Whether something in a layout, a plot or a list, makes use of all the room there is."""
+    widgets = [item.widget() for i in range(layout.count()) if (item := layout.itemAt(i))]
+    expanding = QSizePolicy.Policy.Expanding
+    return any(w is not None and w.sizePolicy().verticalPolicy() == expanding for w in widgets)
