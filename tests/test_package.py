@@ -43,6 +43,16 @@ def test_every_public_name_resolves_and_is_listed() -> None:
     assert set(napari_crfdeblur.__all__) <= set(dir(napari_crfdeblur))
 
 
+def test_the_session_is_offered_and_says_what_it_needs(monkeypatch: pytest.MonkeyPatch) -> None:
+    assert "Session" in dir(napari_crfdeblur)
+    napari_crfdeblur.__dict__.pop("Session", None)
+    assert napari_crfdeblur.Session.__name__ == "Session"
+    napari_crfdeblur.__dict__.pop("Session")
+    monkeypatch.setattr(napari_crfdeblur, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match="install napari"):
+        napari_crfdeblur.Session  # noqa: B018 - looking it up is the test
+
+
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no_such_name"):
         napari_crfdeblur.no_such_name  # noqa: B018 - looking it up is the test

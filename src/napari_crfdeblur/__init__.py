@@ -8,6 +8,7 @@ viewer. Each stage's methods are objects of its module, for example
 """
 
 from importlib import import_module
+from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
 from ._version import __version__
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from .psf import PsfEstimate, estimate_psf
     from .response import ResponseCurve
 
+# All but Session, which needs napari: `import *` is for those without it, too.
 __all__ = [
     "CrfDeblurError",
     "DeblurOptions",
@@ -33,7 +35,6 @@ __all__ = [
     "PsfEstimate",
     "ResponseCurve",
     "ResponseEstimate",
-    "Session",
     "__version__",
     "deblur",
     "deconvolve",
@@ -72,10 +73,12 @@ _HOMES = {
 def __getattr__(name: str) -> object:
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    if name == "Session" and find_spec("napari") is None:
+        raise ImportError("Session works on the layers of napari: install napari 0.9 or newer")
     value = getattr(import_module(f".{_HOMES[name]}", __name__), name)
     globals()[name] = value
     return value
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return [*__all__, "Session"]

@@ -366,7 +366,7 @@ def test_fewer_groups_leave_one_that_there_is(dock):
 
 
 def edge_group(session: Session, number: int) -> int:
-    return session.state.edges.group_of(number)
+    return session.state.edges.group_numbers[number]
 
 
 def test_without_a_photo_every_button_says_so(empty):

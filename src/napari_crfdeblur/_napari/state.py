@@ -38,13 +38,6 @@ class EdgeSet:
     extent: float
     plane: Region
 
-    def group_of(self, number: int) -> int:
-        """Number of the orientation group of an edge, -1 if it is in none."""
-        for group, profiles in enumerate(self.groups):
-            if any(source.edge == number for source in profiles.sources):
-                return group
-        return -1
-
     @property
     def group_numbers(self) -> tuple[int, ...]:
         """Number of the orientation group of each edge, -1 for those in none."""
@@ -65,17 +58,6 @@ class EdgeSet:
     def widest(self) -> float:
         """Width in pixels of the widest good edge, or what was reckoned with."""
         return max((edge.width for edge in self.edges if edge.good), default=self.extent)
-
-    def intensity_range(self, number: int) -> tuple[float, float] | None:
-        """Lowest and highest intensity of an edge's sides over all channels, if sampled."""
-        sides = [
-            level
-            for group in self.groups
-            for row, source in enumerate(group.sources)
-            if source.edge == number
-            for level in group.sides[row]
-        ]
-        return (float(min(sides)), float(max(sides))) if sides else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -299,7 +299,7 @@ class ResponseDock(Dock):
     def _show_group_of(self, number: int | None) -> None:
         """Show the group of the selected edge."""
         edges = self.session.state.edges
-        group = -1 if edges is None or number is None else edges.group_of(number)
+        group = -1 if edges is None or number is None else edges.group_numbers[number]
         if group >= 0:
             self._group.value = group
 
