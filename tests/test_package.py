@@ -48,7 +48,7 @@ def test_the_session_is_offered_and_says_what_it_needs(monkeypatch: pytest.Monke
     napari_crfdeblur.__dict__.pop("Session", None)
     assert napari_crfdeblur.Session.__name__ == "Session"
     napari_crfdeblur.__dict__.pop("Session")
-    monkeypatch.setattr(napari_crfdeblur, "find_spec", lambda name: None)
+    monkeypatch.setattr(napari_crfdeblur, "find_spec", lambda _: None)
     with pytest.raises(ImportError, match="install napari"):
         napari_crfdeblur.Session  # noqa: B018 - looking it up is the test
 
