@@ -39,7 +39,7 @@ def viewer() -> ViewerModel:
 def blurred() -> Simulated:
     """A small street in color, blurred by camera shake, of known response and PSF."""
     psf = camera_shake(9, seed=3)
-    rows, columns = (side + reach - 1 for side, reach in zip((220, 300), psf.shape, strict=True))
+    rows, columns = (side + reach - 1 for side, reach in zip((300, 420), psf.shape, strict=True))
     camera = Camera(Gamma(1.8), noise=0.003)
     return simulate(street((rows, columns), seed=1), psf, camera, seed=1)
 
