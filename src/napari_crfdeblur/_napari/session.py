@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 from weakref import WeakValueDictionary
 
 from napari.components import ViewerModel
@@ -27,9 +27,6 @@ from .state import Action, EdgeSet, Fitted, State
 from .step import Step
 from .steps import BatchResult
 from .workspace import Workspace
-
-T = TypeVar("T")
-R = TypeVar("R")
 
 _SESSIONS: WeakValueDictionary[int, "Session"] = WeakValueDictionary()
 

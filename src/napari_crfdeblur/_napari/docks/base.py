@@ -16,6 +16,7 @@ from psygnal import SignalInstance
 from qtpy.QtWidgets import QSizePolicy
 
 from ...errors import CrfDeblurError
+from ..outputs import RESTORED
 from ..provenance import KEY
 from ..session import Session
 from ..step import Level, Message, Step
@@ -177,10 +178,9 @@ class Dock(Container[Widget]):
 
     def _photos(self, _: Any) -> list[tuple[str, Layer]]:
         """Image layers that can be photos: not the linear light, PSFs and previews made here."""
-        images = [layer for layer in self.session.viewer.layers if isinstance(layer, ImageLayer)]
-        kinds = ("deblurred", None)
-        photos = [i for i in images if type(i) is ImageLayer]
-        return [(i.name, i) for i in photos if i.metadata.get(KEY, {}).get("kind") in kinds]
+        images = [layer for layer in self.session.viewer.layers if type(layer) is ImageLayer]
+        kinds = (RESTORED, None)
+        return [(i.name, i) for i in images if i.metadata.get(KEY, {}).get("kind") in kinds]
 
     def followed(self) -> Followed:
         """Signals that the widget shows, as long as it is there, and what each of them calls."""

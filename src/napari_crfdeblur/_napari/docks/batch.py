@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from magicgui.widgets import ComboBox, Container, Label, PushButton, Select
+from magicgui.widgets import ComboBox, Container, Label, Select
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
@@ -17,7 +17,7 @@ from ..steps import EXPORTS, exporting, restoring_files, restoring_layers
 from .base import Dock
 from .choices import AUTOMATIC, deconvolvers
 from .files import ask_folder, ask_open, ask_open_many, ask_save
-from .forms import MethodForm
+from .forms import MethodForm, row
 
 
 class BatchDock(Dock):
@@ -51,7 +51,7 @@ class BatchDock(Dock):
                 self._ask_files,
             ),
             Label(value="<b>What was done</b>"),
-            _row(
+            row(
                 self.button("Copy as script", "as Python, to the clipboard", self.copy_script),
                 self.button("Repeat...", "do what a saved session did on this photo", self._repeat),
             ),
@@ -119,7 +119,3 @@ class BatchDock(Dock):
         path = ask_save(self.native, f"Export the {what}", EXPORTS[what][1])
         if path is not None:
             self.export(what, path, block=False)
-
-
-def _row(*buttons: PushButton) -> Container[PushButton]:
-    return Container(widgets=list(buttons), layout="horizontal", labels=False)

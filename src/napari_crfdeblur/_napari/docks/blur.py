@@ -24,7 +24,7 @@ from ..steps import estimating_psf
 from .base import SHADES, Dock, Followed, sentence
 from .choices import AUTOMATIC, psf_estimators
 from .files import ask_open, ask_save
-from .forms import MethodForm
+from .forms import MethodForm, row
 from .plots import Plot
 
 PLANE, DRAWN = "the shown picture", "the drawn region"
@@ -116,7 +116,7 @@ class BlurDock(Dock):
             "find the PSF in linear light; needs a response",
             lambda: self.run(block=False),
         )
-        return [self._method, _row(self._where, draw), estimate]
+        return [self._method, row(self._where, draw), estimate]
 
     def _given(self) -> list[Widget]:
         load = self.button(
@@ -130,7 +130,7 @@ class BlurDock(Dock):
             "in pixels of the photo",
         )
         use = self.button("Use layer", "take the PSF from that layer", self._use_chosen)
-        return [_row(load, save), _row(self._layer, use)]
+        return [row(load, save), row(self._layer, use)]
 
     def _shape(self) -> list[Widget]:
         self._kind = ComboBox(label="shape", choices=list(SIZES), tooltip="what blurs the photo")
@@ -187,7 +187,7 @@ class BlurDock(Dock):
             "Ctrl is held (⌘ on a Mac), zero while Shift is held",
         )
         self._edit.changed.connect(lambda on: self.attempt(lambda: self._paint(on)))
-        return [self._plot, self._status, _row(self._faint, clear, center, back), self._edit]
+        return [self._plot, self._status, row(self._faint, clear, center, back), self._edit]
 
     def _say(self, message: Message) -> None:
         """Say it; how far the PSF can be trusted is said above."""
@@ -281,9 +281,3 @@ class BlurDock(Dock):
         path = ask_save(self.native, "Save the PSF", SUFFIXES)
         if path is not None:
             self.attempt(lambda: self.save(path))
-
-
-def _row(*widgets: Widget) -> Container[Widget]:
-    row = Container(widgets=list(widgets), layout="horizontal", labels=False)
-    row.margins = (0, 0, 0, 0)
-    return row

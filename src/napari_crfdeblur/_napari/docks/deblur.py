@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from magicgui.widgets import Container, FloatSpinBox
+from magicgui.widgets import Container
 from magicgui.widgets.bases import Widget
 
 from ...pipeline import DeblurOptions
@@ -11,7 +11,7 @@ from ..step import Step
 from ..steps import deblurring
 from .base import Dock
 from .choices import PREFERRED, deconvolvers, fits, given, psf_estimators
-from .forms import MethodForm
+from .forms import MethodForm, blur_extent_box
 
 
 class DeblurDock(Dock):
@@ -20,13 +20,7 @@ class DeblurDock(Dock):
     def body(self) -> list[Widget]:
         """The methods, and the button."""
         chosen = preferences()
-        self._extent = FloatSpinBox(
-            label="blur extent, px (0: automatic)",
-            value=chosen.blur_extent or 0,
-            min=0,
-            max=200,
-            tooltip="largest width of a blurred edge in pixels; 0: judged from the photo",
-        )
+        self._extent = blur_extent_box(chosen.blur_extent)
         self._response = MethodForm(
             "response", fits() | given(), PREFERRED[chosen.response], "how the response is found"
         )

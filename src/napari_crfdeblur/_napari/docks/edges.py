@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, Label, PushButton
+from magicgui.widgets import CheckBox, ComboBox, Container, Label, PushButton
 from magicgui.widgets.bases import Widget
 from napari.layers import Shapes
 
@@ -22,6 +22,7 @@ from ..steps import detecting_edges, estimating_response, removing_edges, settin
 from .base import Dock, Followed
 from .choices import PREFERRED, fits
 from .files import ask_open, ask_save
+from .forms import blur_extent_box, row
 from .keys import FIND_EDGES
 from .plots import Plot, palette_of
 from .table import EdgeTable, summary
@@ -38,13 +39,7 @@ class EdgesDock(Dock):
     def body(self) -> list[Widget]:
         """How edges are found, drawn and changed; the table and the profiles."""
         chosen = preferences()
-        self._extent = FloatSpinBox(
-            label="blur extent, px (0: automatic)",
-            value=chosen.blur_extent or 0,
-            min=0,
-            max=200,
-            tooltip="largest width of a blurred edge in pixels; 0: judged from the photo",
-        )
+        self._extent = blur_extent_box(chosen.blur_extent)
         self._keep = CheckBox(
             text="keep the present edges",
             value=False,
@@ -90,9 +85,9 @@ class EdgesDock(Dock):
             lambda: self.use(block=False),
         )
         return [
-            _row(find, self._keep),
-            _row(lines, rectangles),
-            _row(self._shapes, use),
+            row(find, self._keep),
+            row(lines, rectangles),
+            row(self._shapes, use),
         ]
 
     def _changes(self) -> Widget:
@@ -108,7 +103,7 @@ class EdgesDock(Dock):
         load = self.button("Load...", tip, self._ask_load)
         tip = "save all edges as JSON, or as CSV for a spreadsheet"
         self._save = _button("Save...", tip, self._ask_save)
-        return _row(self._undo, self._redo, self._delete, load, self._save)
+        return row(self._undo, self._redo, self._delete, load, self._save)
 
     def step(self) -> Step[EdgeSet, EdgeSet]:
         """Find edges."""
@@ -257,12 +252,6 @@ def _button(text: str, tooltip: str, act: Callable[[], Any]) -> PushButton:
     button = PushButton(text=text, tooltip=tooltip)
     button.changed.connect(lambda: act())
     return button
-
-
-def _row(*widgets: Widget) -> Widget:
-    row = Container(widgets=widgets, layout="horizontal", labels=False)
-    row.margins = (0, 0, 0, 0)
-    return row
 
 
 def _of_edge(group: ProfileGroup, number: int) -> ProfileGroup:

@@ -108,6 +108,22 @@ def tight(*widgets: Widget, labels: bool = False, **options: Any) -> Container[W
     return container
 
 
+def row(*widgets: Widget) -> Container[Widget]:
+    """Widgets beside one another."""
+    return tight(*widgets, layout="horizontal")
+
+
+def blur_extent_box(value: float | None) -> FloatSpinBox:
+    """Asks for the largest width of a blurred edge in pixels; 0 stands for None."""
+    return FloatSpinBox(
+        label="blur extent, px (0: automatic)",
+        value=value or 0,
+        min=0,
+        max=200,
+        tooltip="largest width of a blurred edge in pixels; 0: judged from the photo",
+    )
+
+
 def documented(kind: type) -> dict[str, str]:
     """Description of each parameter in a numpydoc docstring, as plain text."""
     text = cleandoc(kind.__doc__ or "").partition("Parameters\n----------\n")[2]

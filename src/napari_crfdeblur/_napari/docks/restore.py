@@ -23,7 +23,7 @@ from ..steps import (
 )
 from .base import Dock, Followed, sentence
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
-from .forms import MethodForm
+from .forms import MethodForm, row
 from .keys import PREVIEW
 
 WHOLE, SLICE, VISIBLE = "all of it", "the shown slice only", "the visible part only"
@@ -133,7 +133,7 @@ class RestoreDock(Dock):
             "only apply the response again to the last deconvolved layer",
             lambda: self.begin(lambda: reapplying(self.session)),
         )
-        return [_row(preview, remove), restore, _row(linear, sharp, again)]
+        return [row(preview, remove), restore, row(linear, sharp, again)]
 
     def _comparisons(self) -> list[Widget]:
         self._clipped = sentence()
@@ -149,7 +149,7 @@ class RestoreDock(Dock):
             "show the photo and its restored versions in a grid, or go back",
             lambda: self.attempt(self.side_by_side),
         )
-        return [_row(flip, self._side), self._shown, self._clipped]
+        return [row(flip, self._side), self._shown, self._clipped]
 
     def followed(self) -> Followed:
         """The results."""
@@ -232,9 +232,3 @@ class RestoreDock(Dock):
         for name, value in former.items():
             setattr(viewer.canvas.grid, name, value)
         viewer.scene.camera.center, viewer.scene.camera.zoom = view
-
-
-def _row(*widgets: Widget) -> Container[Widget]:
-    row = Container(widgets=list(widgets), layout="horizontal", labels=False)
-    row.margins = (0, 0, 0, 0)
-    return row
