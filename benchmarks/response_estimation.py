@@ -35,9 +35,9 @@ from napari_crfdeblur.estimate import (
     Tail,
     estimate_response,
 )
-from napari_crfdeblur.estimate import polynomial as poly
 from napari_crfdeblur.estimate.band import DORF_DEVIATIONS, covered_range
-from napari_crfdeblur.estimate.search import search
+from napari_crfdeblur.estimate.paper import polynomial as poly
+from napari_crfdeblur.estimate.paper.search import search
 from napari_crfdeblur.linear import linearize, reapply
 from napari_crfdeblur.profiles.base import ProfileGroup
 from napari_crfdeblur.psf.projection import project

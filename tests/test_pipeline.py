@@ -7,7 +7,7 @@ from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur, find_edges
 from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
 from napari_crfdeblur.edges import estimating_blur_extent, finding_edges, refining_edges
 from napari_crfdeblur.estimate import GivenResponse, RankMinimization
-from napari_crfdeblur.estimate.fitting import PolynomialFit
+from napari_crfdeblur.estimate.paper.fitting import PolynomialFit
 from napari_crfdeblur.pipeline import (
     deblurring,
     gathering_profiles,

@@ -7,11 +7,8 @@ from .base import (
     estimate_response,
     estimating_response,
 )
-from .fitting import PolynomialFit
 from .given import GivenResponse
-from .known_psf import KnownPsf
-from .mean_profile import MeanProfile
-from .rank import RankMinimization, RowScale, Tail
+from .paper import KnownPsf, MeanProfile, PolynomialFit, RankMinimization, RowScale, Tail
 
 __all__ = [
     "GivenResponse",

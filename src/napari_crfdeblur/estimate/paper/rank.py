@@ -6,12 +6,12 @@ from enum import Enum
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..profiles.base import ProfileGroup
-from ..progress import Job
-from .base import ResponseEstimate, ResponseFit
+from ..._typing import FloatArray
+from ...profiles.base import ProfileGroup
+from ...progress import Job
+from ..base import ResponseEstimate, ResponseFit
+from ..identifiability import comparable
 from .fitting import PolynomialFit, fitting
-from .identifiability import comparable
 from .rows import Rows
 from .search import Terms
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..profiles.base import ProfileGroup
-from ..progress import Job
-from .base import ResponseEstimate, ResponseFit
+from ..._typing import FloatArray
+from ...profiles.base import ProfileGroup
+from ...progress import Job
+from ..base import ResponseEstimate, ResponseFit
+from ..identifiability import comparable
 from .fitting import PolynomialFit, fitting
-from .identifiability import comparable
 from .rows import Rows
 from .search import Terms
 

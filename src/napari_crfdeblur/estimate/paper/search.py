@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..profiles.base import ProfileGroup
-from ..progress import Progress
+from ..._typing import FloatArray
+from ...profiles.base import ProfileGroup
+from ...progress import Progress
 from . import polynomial
 from .rows import Rows
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from napari_crfdeblur.estimate import RankMinimization, RowScale, Tail, polynomial
-from napari_crfdeblur.estimate.mean_profile import _distance_to_mean, distance_to
-from napari_crfdeblur.estimate.rows import Rows
-from napari_crfdeblur.estimate.search import Terms
+from napari_crfdeblur.estimate import RankMinimization, RowScale, Tail
+from napari_crfdeblur.estimate.paper import polynomial
+from napari_crfdeblur.estimate.paper.mean_profile import _distance_to_mean, distance_to
+from napari_crfdeblur.estimate.paper.rows import Rows
+from napari_crfdeblur.estimate.paper.search import Terms
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
 

@@ -8,8 +8,8 @@ from functools import cache
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..response import Tabulated, dorf_mean, monotone
+from ..._typing import FloatArray
+from ...response import Tabulated, dorf_mean, monotone
 
 LEVELS = 256  # as in the paper: the levels of an 8-bit photo
 ENDS_WEIGHT = 100.0  # lambda_1 of the paper, against data terms of the order of 1

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..errors import CrfDeblurError
-from ..profiles.base import ProfileGroup
-from ..progress import Job, Progress
+from ..._typing import FloatArray
+from ...errors import CrfDeblurError
+from ...profiles.base import ProfileGroup
+from ...progress import Job, Progress
+from ..band import band, covered_range, share_of_prior
+from ..base import ResponseEstimate, ResponseStatus
+from ..identifiability import LEAST_COLLINEARITY, collinearity
 from . import polynomial
-from .band import band, covered_range, share_of_prior
-from .base import ResponseEstimate, ResponseStatus
-from .identifiability import LEAST_COLLINEARITY, collinearity
 from .rows import Rows
 from .search import Found, Terms, resampling, search
 

@@ -5,15 +5,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..errors import CrfDeblurError
-from ..profiles.base import ProfileGroup
-from ..progress import Job, Progress
-from ..psf.base import as_psf
-from ..psf.projection import project
-from .base import ResponseEstimate, ResponseFit
+from ..._typing import FloatArray
+from ...errors import CrfDeblurError
+from ...profiles.base import ProfileGroup
+from ...progress import Job, Progress
+from ...psf.base import as_psf
+from ...psf.projection import project
+from ..base import ResponseEstimate, ResponseFit
+from ..identifiability import contrasted
 from .fitting import PolynomialFit, fitting
-from .identifiability import contrasted
 from .mean_profile import distance_to
 from .rows import Rows
 from .search import Terms

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..profiles.base import ProfileGroup
+from ..._typing import FloatArray
+from ...profiles.base import ProfileGroup
 from .polynomial import powers
 
 # Below this range in linear light a row says nothing and would divide by zero.
