@@ -1,19 +1,20 @@
 """Finding straight edges in a blurred photo."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from .._typing import FloatArray, Image
 from ..photo import check_image
 from ..progress import Job, Progress, drain
-from .base import Edge, Line
+from .base import Edge
 from .locate import Search
-from .refine import check_extent, readable, refine
-from .segments import find_segments, reduction
+from .picture import Picture
+from .refine import check_extent, refine
+from .scales import Scales
+from .segments import find_segments
 from .strip import Frame
 
 MOST_SEGMENTS = 250  # the strongest ones are refined: bounds the time on a busy photo
+TOGETHER = 16  # segments that are refined at once: their strips fit into the caches
 SAME_ANGLE = np.deg2rad(3)
 SAME_OVERLAP = 0.3  # of the shorter edge
 
@@ -44,21 +45,21 @@ def finding_edges(image: Image, *, blur_extent: float) -> Job[tuple[Edge, ...]]:
     """Job of :func:`find_edges`: reports progress, can be stopped."""
     check_image(image)
     check_extent(blur_extent)
-    yield Progress("edges", 0, 1)
-    image = readable(image)
-    lines = find_segments(image, blur_extent)[:MOST_SEGMENTS]
-    return (yield from following(image, lines, blur_extent, "edges"))
+    return (yield from finding(Picture.of(image), blur_extent, "edges", MOST_SEGMENTS))
 
 
-def following(
-    image: Image, lines: Sequence[Line], blur_extent: float, stage: str
-) -> Job[tuple[Edge, ...]]:
-    """Long job: the distinct edges along segments, the good ones first."""
-    capture = 0.25 * blur_extent + reduction(image.shape[:2], blur_extent)
-    found = []
-    for number, line in enumerate(lines):
-        yield Progress(stage, number, len(lines))
-        found += refine(image, Frame.of(line), Search(capture, blur_extent))
+def finding(photo: Picture, blur_extent: float, stage: str, most: int) -> Job[tuple[Edge, ...]]:
+    """Long job: the distinct edges along the `most` best segments, the good ones first."""
+    yield Progress(stage, 0, 1)
+    scales = Scales.to_find(photo, blur_extent)
+    lines = find_segments(scales.coarse, blur_extent)[:most]
+    search = Search(0.25 * blur_extent + scales.coarse.step, blur_extent)
+    found: list[Edge] = []
+    for first in range(0, len(lines), TOGETHER):
+        frames = [Frame.of(line) for line in lines[first : first + TOGETHER]]
+        for number, edges in enumerate(refine(scales, frames, search), first):
+            yield Progress(stage, number, len(lines))
+            found += edges
     return distinct(sorted(found, key=lambda e: (not e.good, -e.length)), blur_extent)
 
 

@@ -1,15 +1,17 @@
-"""Where an edge runs, to a fraction of a pixel."""
+"""Where edges run, to a fraction of a pixel; many at once."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from math import copysign
 
 import numpy as np
 from scipy import ndimage
 
-from .._typing import FloatArray, Image
-from .strip import Frame, Strip, sample_strip
+from .._typing import BoolArray, FloatArray
+from .picture import Picture
+from .strip import Frame, Strips, sample_strips
 
 BLOCKS = 16  # pieces of an edge that are located on their own
+PAIRS = np.triu_indices(BLOCKS, k=BLOCKS // 4)  # of pieces, far enough apart to tell a slope
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,136 +21,160 @@ class Search:
     capture: float
     blur_extent: float
 
+    def reduced(self, step: int) -> "Search":
+        """The same in a picture of which each pixel is `step` pixels wide."""
+        return Search(self.capture / step, self.blur_extent / step)
 
-def locate(image: Image, frame: Frame, search: Search) -> Frame | None:
-    """The frame moved onto the edge next to it; None if it lies outside the image.
 
-    First every piece of the edge is found by the largest smoothed slope near the line, then
-    the pieces are shifted onto their mean profile by :func:`refit`.
+@dataclass(frozen=True, slots=True, eq=False)
+class Pieces:
+    """Strips cut into pieces along the edge, each averaged.
+
+    Parameters
+    ----------
+    along : ndarray, shape (K, B)
+        Place of each piece, pixels from the middle of its edge.
+    profiles : ndarray, shape (K, B, D)
+        Its mean profile; where that leaves the image, the nearest value inside.
+    inside : ndarray of bool, shape (K, B)
+        Whether most of it lies in the image.
     """
-    strip = sample_strip(image, frame, search.capture + 0.75 * search.blur_extent + 2, 48)
-    found = blocks(strip.along, signal(strip))
-    if found is None:
-        return None
-    along, profiles = found
-    shift, weight = steepest(profiles, strip.across, search)
-    return refit(image, frame.moved(*fit_line(along, shift, weight)), search.blur_extent)
 
+    along: FloatArray
+    profiles: FloatArray
+    inside: BoolArray
 
-def refit(image: Image, frame: Frame, blur_extent: float) -> Frame | None:
-    """The frame turned and shifted by less than a blur, by least squares of its profiles."""
-    strip = sample_strip(image, frame, 0.75 * blur_extent + 4, 96)
-    found = blocks(strip.along, signal(strip))
-    if found is None:
-        return None
-    along, profiles = found
-    shift = matched(profiles, profiles.mean(axis=0))
-    usable = np.abs(shift) < 0.3 * blur_extent + 1  # beyond, the linearization says nothing
-    return frame.moved(*fit_line(along, shift, usable.astype(float)))
-
-
-def signal(strip: Strip) -> FloatArray:
-    """Intensity along the color in which the two sides differ most, shape (T, D).
-
-    The weights of the channels are their differences between the sides, scaled so that their
-    sizes sum to 1: contrast in opposite directions adds instead of cancelling.
-    """
-    halves = [strip.values[:, side] for side in (strip.across > 0, strip.across < 0)]
-    difference = mean_valid(halves[0], (0, 1)) - mean_valid(halves[1], (0, 1))
-    total = np.abs(difference).sum()
-    if not total > 0:
-        return mean_valid(strip.values, 2)
-    weights = difference / copysign(total, difference[np.abs(difference).argmax()])
-    projected: FloatArray = strip.values @ weights.astype(np.float32)
-    return projected
-
-
-def mean_valid(values: FloatArray, axis: int | tuple[int, ...]) -> FloatArray:
-    """Mean over the finite values along an axis; NaN where there are none."""
-    mean: FloatArray = values.mean(axis=axis)
-    if np.isfinite(mean).all():
+    @property
+    def mean(self) -> FloatArray:
+        """Mean profile of each edge, shape (K, D)."""
+        weight = self.inside / np.maximum(self.inside.sum(axis=1, keepdims=True), 1)
+        mean: FloatArray = np.einsum("kb,kbd->kd", weight, self.profiles)
         return mean
-    valid = np.isfinite(values)
-    count = valid.sum(axis=axis)
-    total = np.where(valid, values, 0).sum(axis=axis)
-    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
-    return mean
 
 
-def blocks(
-    along: FloatArray, values: FloatArray, number: int = BLOCKS
-) -> tuple[FloatArray, FloatArray] | None:
-    """Means of the strip's rows in blocks: place along the edge (B,), profile (B, D).
+def locate(picture: Picture, frames: Sequence[Frame], search: Search) -> list[Frame]:
+    """The frames moved onto the edges next to them; left alone where there is no image.
 
-    Rows that leave the image take the nearest value inside; None if hardly any is inside.
+    Every piece of the edge is found by the largest smoothed slope near the line. To be followed
+    by :func:`refit`.
     """
-    inside = np.isfinite(values).mean(axis=1) > 0.5
-    if inside.sum() < 4:
-        return None
-    along, values = along[inside], extended(values[inside])
-    starts = np.linspace(0, len(along), min(number, len(along) // 2) + 1).astype(int)[:-1]
-    size = np.diff(np.append(starts, len(along)))
-    means = np.add.reduceat(values, starts, axis=0) / size[:, None]
-    return np.add.reduceat(along, starts) / size, means
+    strips = sample_strips(picture, frames, search.capture + 0.75 * search.blur_extent + 2, 48)
+    pieces = cut(strips)
+    shift, weight = steepest(pieces, strips.across, search)
+    return moved(frames, pieces, shift, weight)
+
+
+def refit(picture: Picture, frames: Sequence[Frame], blur_extent: float) -> list[Frame]:
+    """The frames turned and shifted by less than a blur, by least squares of their profiles."""
+    pieces = cut(sample_strips(picture, frames, 0.75 * blur_extent + 4, 64))
+    shift = matched(pieces.profiles, pieces.mean)
+    # Beyond, the linearization says nothing.
+    usable = (np.abs(shift) < 0.3 * blur_extent + 1) & pieces.inside
+    return moved(frames, pieces, shift, usable.astype(float))
+
+
+def moved(
+    frames: Sequence[Frame], pieces: Pieces, shift: FloatArray, weight: FloatArray
+) -> list[Frame]:
+    """The frames on the lines through the shifts of their pieces."""
+    lines = zip(*fit_lines(pieces.along, shift, weight, pieces.inside), strict=True)
+    return [
+        frame.moved(float(offset), float(slope))
+        for frame, (offset, slope) in zip(frames, lines, strict=True)
+    ]
+
+
+def cut(strips: Strips) -> Pieces:
+    """The strips in pieces; a piece is inside the image if half of its samples are."""
+    k, _, d = strips.signal.shape
+    means = strips.signal.reshape(k, BLOCKS, -1, d).mean(axis=2)
+    along = strips.along.reshape(k, BLOCKS, -1).mean(axis=2)
+    inside = np.isfinite(means).mean(axis=2) > 0.5
+    return Pieces(along, np.where(inside[..., None], extended(means), 0), inside)
 
 
 def extended(values: FloatArray) -> FloatArray:
-    """Rows with their NaN replaced by the nearest finite value, shape (T, D)."""
+    """Values with NaN replaced by the nearest finite one along the last axis."""
     valid = np.isfinite(values)
     if valid.all():
         return values
-    index = np.where(valid, np.arange(values.shape[1]), 0)
-    before = np.maximum.accumulate(index, axis=1)
+    index = np.where(valid, np.arange(values.shape[-1]), 0)
+    before = np.maximum.accumulate(index, axis=-1)
     # Where nothing finite lies before, the first finite value after.
-    first = valid.argmax(axis=1)[:, None]
-    rows = np.arange(len(values))[:, None]
-    filled: FloatArray = values[rows, np.maximum(before, first)]
+    first = valid.argmax(axis=-1)[..., None]
+    filled: FloatArray = np.take_along_axis(values, np.maximum(before, first), axis=-1)
     return filled
 
 
-def steepest(
-    profiles: FloatArray, across: FloatArray, search: Search
-) -> tuple[FloatArray, FloatArray]:
-    """Place of the largest smoothed slope of each profile near 0, and that slope."""
+def steepest(pieces: Pieces, across: FloatArray, search: Search) -> tuple[FloatArray, FloatArray]:
+    """Place of the largest smoothed slope of each piece near 0, and that slope, (K, B)."""
     sigma = max(search.blur_extent / 6, 1.0)
-    slope = ndimage.gaussian_filter1d(profiles, sigma, axis=1, order=1, mode="nearest")
-    near = np.flatnonzero(np.abs(across) <= max(search.capture, 1.0))
-    mean = slope.mean(axis=0)[near]
-    slope *= copysign(1.0, mean[np.abs(mean).argmax()])
-    top = near[slope[:, near].argmax(axis=1)]
-    top = np.clip(top, 1, len(across) - 2)
-    rows = np.arange(len(profiles))
-    left, here, right = (slope[rows, top + i] for i in (-1, 0, 1))
+    slope = ndimage.gaussian_filter1d(pieces.profiles, sigma, axis=2, order=1, mode="nearest")
+    near = np.abs(across) <= max(search.capture, 1.0)
+    mean = slope.sum(axis=1)[:, near]
+    top = np.abs(mean).argmax(axis=1)[:, None]
+    slope *= np.copysign(1.0, np.take_along_axis(mean, top, axis=1))[:, None]
+    first = int(near.argmax())
+    place = first + slope[..., near].argmax(axis=2)
+    place = np.clip(place, 1, len(across) - 2)[..., None]
+    left, here, right = (np.take_along_axis(slope, place + i, axis=2)[..., 0] for i in (-1, 0, 1))
     bend = left - 2 * here + right
     shift = np.where(bend < 0, 0.5 * (left - right) / np.minimum(bend, -1e-12), 0)
-    return across[top] + np.clip(shift, -0.5, 0.5), np.maximum(here, 0)
+    weight = np.maximum(here, 0) * pieces.inside
+    return across[place[..., 0]] + np.clip(shift, -0.5, 0.5), weight
 
 
 def matched(profiles: FloatArray, reference: FloatArray) -> FloatArray:
-    """Shift of each profile against a reference, pixels: ``P_b = a + b P - shift P'``.
+    """Shift of profiles (..., B, D) against a reference (..., D): ``P_b = a + b P - shift P'``.
 
     Level `a` and contrast `b` are free, so that uneven light is not taken for a shift.
     """
-    design = np.stack([np.ones_like(reference), reference, -np.gradient(reference)], axis=1)
-    solution: FloatArray = np.linalg.pinv(design.astype(np.float64)) @ profiles.T
-    shift: FloatArray = solution[2] / np.maximum(solution[1], 0.2)
+    reference = reference.astype(np.float64)
+    slope = -np.gradient(reference, axis=-1)
+    design = np.stack([np.ones_like(reference), reference, slope], axis=-2)
+    gram = design @ np.swapaxes(design, -1, -2)
+    # Of a flat reference any shift is right: the least one is taken.
+    gram += 1e-9 * np.trace(gram, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    solution = np.linalg.solve(gram, design @ np.swapaxes(profiles, -1, -2))
+    shift: FloatArray = solution[..., 2, :] / np.maximum(solution[..., 1, :], 0.2)
     return shift
 
 
-def fit_line(along: FloatArray, shift: FloatArray, weight: FloatArray) -> tuple[float, float]:
-    """Offset at 0 and slope of a line through (along, shift), robust to outliers.
+def fit_lines(
+    along: FloatArray, shift: FloatArray, weight: FloatArray, inside: BoolArray
+) -> tuple[FloatArray, FloatArray]:
+    """Offset at 0 and slope of lines through points (K, B), robust to outliers, (K,) each.
 
     The median of all pairwise slopes (Theil and Sen), then least squares on what lies close.
     """
-    if weight.sum() <= 0:
-        return 0.0, 0.0
-    i, j = np.triu_indices(len(along), k=max(1, len(along) // 4))
-    slope = float(np.median((shift[j] - shift[i]) / (along[j] - along[i])))
-    residual = shift - slope * along
-    residual -= np.median(residual)
-    close = np.abs(residual) <= max(1.0, 3 * float(np.median(np.abs(residual))))
-    weight = weight * close
-    if np.count_nonzero(weight) < 3:
-        return float(np.median(shift - slope * along)), slope
-    slope, offset = np.polyfit(along, shift, 1, w=np.sqrt(weight))
-    return float(offset), float(slope)
+    some = weight.sum(axis=1) > 0
+    shift = np.where(inside, shift, np.nan)
+    i, j = PAIRS
+    slope = median((shift[:, j] - shift[:, i]) / (along[:, j] - along[:, i]))
+    residual = shift - slope[:, None] * along
+    offset = median(residual)
+    residual -= offset[:, None]
+    limit = np.maximum(1.0, 3 * median(np.abs(residual)))
+    weight = np.where(np.abs(residual) <= limit[:, None], weight, 0)
+    enough = np.count_nonzero(weight, axis=1) >= 3
+    total = np.where(enough, weight.sum(axis=1), 1)
+    middle = (weight * along).sum(axis=1) / total
+    lever = weight * (along - middle[:, None])
+    spread = (lever * along).sum(axis=1)
+    residual = np.where(weight > 0, residual, 0)
+    change = (lever * residual).sum(axis=1) / np.where(spread > 0, spread, 1)
+    lift = (weight * residual).sum(axis=1) / total - change * middle
+    found = np.stack([offset + np.where(enough, lift, 0), slope + np.where(enough, change, 0)])
+    offset, slope = np.where(some, np.nan_to_num(found), 0)
+    return offset, slope
+
+
+def median(values: FloatArray) -> FloatArray:
+    """Median of the finite values in each row, shape (K,); NaN where there are none."""
+    ordered = np.sort(values, axis=1)  # NaN last
+    count = np.isfinite(ordered).sum(axis=1, keepdims=True)
+    last = values.shape[1] - 1
+    low = np.take_along_axis(ordered, np.clip((count - 1) // 2, 0, last), axis=1)
+    high = np.take_along_axis(ordered, np.clip(count // 2, 0, last), axis=1)
+    found: FloatArray = ((low + high) / 2)[:, 0]
+    return found

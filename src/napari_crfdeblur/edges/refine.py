@@ -1,10 +1,10 @@
-"""From a proposed line to edges: located to sub-pixels, checked, trimmed to what is usable."""
+"""From proposed lines to edges: located to sub-pixels, checked, trimmed to what is usable."""
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
-from math import cos, hypot, inf, sin
+from math import cos, hypot, inf, sin, sqrt
 
 import numpy as np
 
@@ -18,11 +18,18 @@ from .checks import (
     check_channels,
     check_profile,
     crossing,
+    largest_bend,
+    sagitta,
     shortest,
 )
-from .locate import Search, locate, mean_valid, refit, signal
-from .strip import Frame, Strip, sample_strip
+from .locate import Search, locate, refit
+from .picture import Picture
+from .scales import NARROW, Scales
+from .strip import Frame, Strip, sample_strip, strips_along
 from .transition import Transition, find_transition, flat_samples
+
+KEPT_BEND = 0.6  # of the largest, to which a curved edge is trimmed: some is noise
+Part = tuple[Frame, EdgeStatus]
 
 
 def refine_edges(
@@ -53,12 +60,13 @@ def refining_edges(
     """Job of :func:`refine_edges`: reports progress, can be stopped."""
     check_image(image)
     check_extent(blur_extent)
-    image = readable(image)
+    yield Progress("edges", 0, max(len(lines), 1))
+    scales = Scales.to_refine(Picture.of(image), blur_extent)
     edges = []
     for number, line in enumerate(lines):
         yield Progress("edges", number, len(lines))
-        frame, capture = drawn(image, line, blur_extent)
-        parts = refine(image, frame, Search(capture, blur_extent))
+        frame, capture = drawn(scales.photo, line, blur_extent)
+        (parts,) = refine(scales, [frame], Search(capture, blur_extent))
         edges.append(max(parts, key=lambda e: (e.good, e.length)))
     return tuple(edges)
 
@@ -69,12 +77,7 @@ def check_extent(blur_extent: float) -> None:
         raise ValueError(f"expected a positive blur extent in pixels, got {blur_extent}")
 
 
-def readable(image: Image) -> Image:
-    """The image in a kind of number that interpolation takes (it does not take float16)."""
-    return image.astype(np.float32) if image.dtype == np.float16 else image
-
-
-def drawn(image: Image, shape: Line | Rectangle, blur_extent: float) -> tuple[Frame, float]:
+def drawn(photo: Picture, shape: Line | Rectangle, blur_extent: float) -> tuple[Frame, float]:
     """Frame of what the user has drawn, and how far the edge may lie from its middle line."""
     if isinstance(shape, Line):
         frame = Frame.of(shape)
@@ -85,51 +88,74 @@ def drawn(image: Image, shape: Line | Rectangle, blur_extent: float) -> tuple[Fr
         frame = Frame.of(Line((start[0], start[1]), (end[0], end[1])))
         options.append(frame)
     across = [options[1].length / 2, options[0].length / 2]
-    steps = [step_across(sample_strip(image, f, d)) for f, d in zip(options, across, strict=True)]
+    steps = [step_across(sample_strip(photo, f, d)) for f, d in zip(options, across, strict=True)]
     best = int(np.argmax(steps))
     return options[best], across[best]
 
 
 def step_across(strip: Strip) -> float:
     """Range of the mean profile across a strip, the largest of the channels."""
-    mean = mean_valid(strip.values, 0)
-    mean = mean[np.isfinite(mean).all(axis=1)]
-    return float(np.ptp(mean, axis=0).max()) if len(mean) else 0.0
+    profile = strip.profile[:, np.isfinite(strip.profile).all(axis=0)]
+    return float(np.ptp(profile, axis=1).max()) if profile.size else 0.0
 
 
-def refine(image: Image, frame: Frame, search: Search) -> list[Edge]:
-    """Edges along a proposed line: its usable parts, or one edge that says why not."""
-    edges = []
-    for part, status in usable_parts(image, frame, search):
-        if status is not EdgeStatus.GOOD:
-            edges.append(bad(part, status))
-            continue
-        edges.append(confirm(image, part, search.blur_extent))
-    return edges
+def refine(scales: Scales, frames: Sequence[Frame], search: Search) -> list[list[Edge]]:
+    """Edges along each proposed line: its usable parts, or one edge that says why not.
+
+    Frames, edges and the search in pixels of the photo.
+    """
+    lines = find_parts(scales, frames, search)
+    usable = [part for parts in lines for part, status in parts if status is EdgeStatus.GOOD]
+    edges = iter(confirm_closely(scales, usable, search.blur_extent))
+    return [
+        [next(edges) if status is EdgeStatus.GOOD else bad(part, status) for part, status in parts]
+        for parts in lines
+    ]
 
 
-def usable_parts(image: Image, frame: Frame, search: Search) -> Iterator[tuple[Frame, EdgeStatus]]:
-    """Parts of an edge that pass the checks block by block, or all of it and why not."""
-    located = locate(image, frame, search)
-    if located is None:
-        yield frame, EdgeStatus.OUTSIDE
-        return
-    strip = sample_strip(image, located, reach(search.blur_extent))
-    transition = find_transition(strip, signal(strip), search.blur_extent)
+def find_parts(scales: Scales, frames: Sequence[Frame], search: Search) -> list[list[Part]]:
+    """Parts of each edge that pass the checks block by block, or all of it and why not."""
+    near, step = scales.near.step, scales.fine.step
+    located = [frame.reduced(near) for frame in frames]
+    located = locate(scales.near, located, search.reduced(near))
+    located = refit(scales.near, located, search.blur_extent / near)
+    located = [frame.enlarged(near).reduced(step) for frame in located]
+    search = search.reduced(step)
+    strips = strips_along(scales.fine, located, reach(search.blur_extent))
+    return [
+        [(part.enlarged(step), status) for part, status in usable_parts(frame, strip, search, step)]
+        for frame, strip in zip(located, strips, strict=True)
+    ]
+
+
+def usable_parts(frame: Frame, strip: Strip, search: Search, step: int) -> list[Part]:
+    """Parts of an edge whose blocks are good, or all of it and why there are none."""
+    transition = find_transition(strip, search.blur_extent)
     if transition is None:
-        yield located, without_sides(strip)
-        return
+        return [(frame, without_sides(strip))]
     found = check_blocks(strip, transition)
     if found is None:
-        yield located, EdgeStatus.OUTSIDE
-        return
+        return [(frame, EdgeStatus.OUTSIDE)]
     places, statuses = found
-    least = shortest(transition.last - transition.first)
+    least = shortest(transition.last - transition.first, step)
     runs = [r for r in good_runs(places, statuses) if r[1] - r[0] >= least]
-    for first, last in runs:
-        yield located.part(first, last), EdgeStatus.GOOD
     if not runs:
-        yield located, reason(statuses)
+        return [(frame, reason(statuses))]
+    return [straight(frame, strip, transition, run, least) for run in runs]
+
+
+def straight(
+    frame: Frame, strip: Strip, transition: Transition, run: tuple[float, float], least: float
+) -> Part:
+    """The part of an edge, or so much of its middle as is straight; CURVED if that is too short."""
+    first, last = run
+    limit = KEPT_BEND * largest_bend(transition.last - transition.first)
+    bend = sagitta(strip, transition, first, last)
+    if bend > limit:
+        half = (last - first) / 2 * sqrt(limit / bend)  # the sagitta grows with the length squared
+        first, last = (first + last) / 2 - half, (first + last) / 2 + half
+    status = EdgeStatus.GOOD if last - first >= least else EdgeStatus.CURVED
+    return frame.part(first, last), status
 
 
 def reach(blur_extent: float) -> float:
@@ -139,7 +165,7 @@ def reach(blur_extent: float) -> float:
 
 def without_sides(strip: Strip) -> EdgeStatus:
     """Why no flat sides were found: the image ends, nothing is there, or they are not flat."""
-    if np.isfinite(strip.values).all(axis=2).mean() < 0.75:
+    if np.isfinite(strip.signal).mean() < 0.75:
         return EdgeStatus.OUTSIDE
     return EdgeStatus.FAINT if step_across(strip) < LEAST_CONTRAST else EdgeStatus.UNEVEN_SIDE
 
@@ -164,45 +190,76 @@ def reason(statuses: list[EdgeStatus]) -> EdgeStatus:
     return bad_ones.most_common(1)[0][0]
 
 
-def confirm(image: Image, frame: Frame, blur_extent: float) -> Edge:
-    """The edge along a part found usable, fitted again on its own and checked as a whole."""
-    located = refit(image, frame, blur_extent)
-    if located is None:
-        return bad(frame, EdgeStatus.OUTSIDE)
-    strip = sample_strip(image, located, reach(blur_extent))
-    transition = find_transition(strip, signal(strip), blur_extent)
+def confirm_closely(scales: Scales, frames: Sequence[Frame], blur_extent: float) -> list[Edge]:
+    """The edges of :func:`confirm`; those that are narrow in the picture, from the photo."""
+    edges = confirm(scales.fine, frames, blur_extent)
+    step = scales.fine.step
+    if step == 1:
+        return edges
+    narrow = [i for i, e in enumerate(edges) if e.good and e.width < NARROW * step]
+    closer = confirm(scales.photo, [frames[i] for i in narrow], blur_extent)
+    for i, edge in zip(narrow, closer, strict=True):
+        edges[i] = edge
+    return edges
+
+
+def confirm(picture: Picture, frames: Sequence[Frame], blur_extent: float) -> list[Edge]:
+    """The edges along parts found usable, fitted again on their own and checked as a whole.
+
+    Frames, edges and the extent of the blur in pixels of the photo.
+    """
+    if not frames:
+        return []
+    step = picture.step
+    extent = blur_extent / step
+    located = refit(picture, [frame.reduced(step) for frame in frames], extent)
+    strips = strips_along(picture, located, reach(extent))
+    return [
+        confirmed(frame, strip, extent, step) for frame, strip in zip(located, strips, strict=True)
+    ]
+
+
+def confirmed(frame: Frame, strip: Strip, blur_extent: float, step: int) -> Edge:
+    """The edge of a frame, good if all its checks are passed."""
+    transition = find_transition(strip, blur_extent)
     if transition is None:
-        return bad(located, without_sides(strip))
-    status = check_profile(strip, transition)
+        return bad(frame.enlarged(step), without_sides(strip))
+    status = check_profile(strip, transition, blur_extent)
     if status is EdgeStatus.GOOD:
         status = check_channels(strip, transition)
     if status is EdgeStatus.GOOD:
         status = check_length(strip, transition)
-    return measured(located, strip, transition, status)
+    return measured(frame, strip, transition, status, step)
 
 
 def check_length(strip: Strip, transition: Transition) -> EdgeStatus:
-    """Whether most blocks along the edge are good, now that its ends are trimmed."""
+    """Whether most blocks along the edge are good, and it is straight, now that it is trimmed."""
     found = check_blocks(strip, transition)
     if found is None:
         return EdgeStatus.OUTSIDE
     statuses = found[1]
     bad_blocks = sum(s is not EdgeStatus.GOOD for s in statuses)
-    if bad_blocks <= 0.15 * len(statuses):
-        return EdgeStatus.GOOD
-    return Counter(s for s in statuses if s is not EdgeStatus.GOOD).most_common(1)[0][0]
+    if bad_blocks > 0.15 * len(statuses):
+        return Counter(s for s in statuses if s is not EdgeStatus.GOOD).most_common(1)[0][0]
+    half = strip.spacing * len(strip.along) / 2
+    bend = sagitta(strip, transition, -half, half)
+    if bend > largest_bend(transition.last - transition.first):
+        return EdgeStatus.CURVED
+    return EdgeStatus.GOOD
 
 
-def measured(frame: Frame, strip: Strip, transition: Transition, status: EdgeStatus) -> Edge:
+def measured(
+    frame: Frame, strip: Strip, transition: Transition, status: EdgeStatus, step: int
+) -> Edge:
     """The edge of a frame, moved to where its profile crosses the middle of its sides."""
     rising = transition.rising()[transition.window]
     across = crossing(rising, 0.0, 1.0) + strip.across[transition.window][0]
-    edge = bad(frame.moved(float(across), 0.0), status)
+    edge = bad(frame.moved(float(across), 0.0).enlarged(step), status)
     same = hypot(sin(frame.angle) + edge.normal[0], cos(frame.angle) + edge.normal[1]) > 1
     return replace(
         edge,
         polarity=transition.polarity * (1 if same else -1),
-        width=float(transition.last - transition.first),
+        width=float(step * (transition.last - transition.first)),
         contrast=transition.contrast,
     )
 

@@ -6,20 +6,19 @@ Riseman, *Extracting Straight Lines*, PAMI 1986.
 """
 
 from dataclasses import dataclass
+from math import hypot
 
 import numpy as np
 from scipy import ndimage
 from skimage.measure import label
 
-from .._typing import BoolArray, FloatArray, Image
-from ..photo import full_scale, planes
+from .._typing import FloatArray, Image
 from .base import Line
+from .picture import Picture
 
 SECTORS = 12  # of half a circle: 15 degrees, wider than the noise of orientation at a ridge
 FAINTEST = 0.03  # contrast, in units of full scale, below which no edge is looked for
-NARROWEST = 8.0  # width in reduced pixels to which the widest transition is brought
 MOST_JOINED = 1000  # segments, the strongest, that are joined with each other
-MOST_PIXELS = 3e6  # of the reduced picture: bounds the time spent on a sharp, large photo
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,55 +44,27 @@ class Ridge:
     shape: tuple[int, int]
 
 
-def find_segments(image: Image, blur_extent: float) -> list[Line]:
-    """Line segments along the edges of a photo, at the scale of its blur, the best first.
+def find_segments(picture: Picture, blur_extent: float) -> list[Line]:
+    """Line segments along the edges of a photo, the best first, in pixels of the photo.
 
     Parameters
     ----------
-    image : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
-        Photo; alpha is not looked at.
+    picture : Picture
+        The photo at the scale of its blur.
     blur_extent : float
-        Largest expected width of an edge, pixels.
+        Largest expected width of an edge, pixels of the photo.
     """
-    step = reduction(image.shape[:2], blur_extent)
-    small = reduce(image, step)
-    width = max(blur_extent / step, 2.0)
-    ridge = find_ridge(small, sigma=max(0.22 * width, 0.8), threshold=FAINTEST / width)
+    width = max(blur_extent / picture.step, 2.0)
+    ridge = find_ridge(
+        picture.intensity(), sigma=max(0.22 * width, 0.8), threshold=FAINTEST / width
+    )
     if len(ridge.row) == 0:
         return []
     labels = vote(ridge)
     shortest = max(5.0, 0.6 * width)
     # Beyond the strongest, a busy photo has thousands of specks.
     segments = fit_segments(ridge, labels, shortest)[:MOST_JOINED]
-    return [scaled(line, step) for line in join(segments, width, shortest)]
-
-
-def reduction(shape: tuple[int, ...], blur_extent: float) -> int:
-    """Whole factor by which a photo is reduced before edges are looked for."""
-    by_blur = round(blur_extent / NARROWEST)
-    by_size = int(np.ceil(np.sqrt(shape[0] * shape[1] / MOST_PIXELS)))
-    return int(np.clip(max(by_blur, by_size), 1, max(1, min(shape) // 16)))
-
-
-def reduce(image: Image, step: int) -> FloatArray:
-    """Means over squares of `step` pixels, shape (M // step, N // step, C), in [0, 1]."""
-    scale = np.float32(1 / (full_scale(image) * step**2))
-    return np.stack([block_sums(plane, step) * scale for plane in planes(image)], axis=-1)
-
-
-def block_sums(plane: Image, step: int) -> FloatArray:
-    """Sums over squares of `step` pixels, float32; what does not fill a square is left out."""
-    rows, columns = plane.shape[0] // step, plane.shape[1] // step
-    plane = plane[: rows * step, : columns * step]
-    # Whole rows first, in a kind that holds the sum: one pass through the photo.
-    wide = {"u1": np.uint16, "u2": np.uint32}.get(plane.dtype.str[1:], np.float32)
-    tall: Image = plane[::step].astype(wide)
-    for i in range(1, step):
-        tall += plane[i::step].astype(wide, copy=False)
-    total = tall[:, ::step].astype(np.float32)
-    for i in range(1, step):
-        total += tall[:, i::step]
-    return total
+    return [scaled(line, picture.step) for line in join(segments, width, shortest)]
 
 
 def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
@@ -101,7 +72,7 @@ def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
     shape = picture.shape[:2]
     rr, rc, cc = (np.zeros(shape, dtype=np.float32) for _ in range(3))
     for i in range(picture.shape[2]):
-        smooth = ndimage.gaussian_filter(picture[..., i], sigma, mode="nearest")
+        smooth = ndimage.gaussian_filter(picture[..., i], sigma, mode="nearest", truncate=3)
         by_row, by_column = np.gradient(smooth)
         rr += by_row**2
         rc += by_row * by_column
@@ -179,28 +150,32 @@ def join(lines: FloatArray, gap: float, shortest: float) -> FloatArray:
     joined = []
     while len(lines):
         line, lines = lines[0], lines[1:]
-        while (more := continues(line, lines, gap)).any():
+        while len(more := continuing(line, lines, gap)):
             points = np.concatenate([line[None], lines[more]]).reshape(-1, 2)
             along = (points - line[0]) @ (line[1] - line[0])
             line = points[[along.argmin(), along.argmax()]]
-            lines = lines[~more]
+            lines = np.delete(lines, more, axis=0)
         joined.append(line)
     found = np.array(joined).reshape(-1, 2, 2)
     length = np.linalg.norm(found[:, 1] - found[:, 0], axis=1)
     return found[np.argsort(-length, kind="stable")][: np.count_nonzero(length >= shortest)]
 
 
-def continues(line: FloatArray, others: FloatArray, gap: float) -> BoolArray:
-    """Which of the segments (K, 2, 2) continue a line (2, 2), shape (K,)."""
-    axis = line[1] - line[0]
-    length = float(np.linalg.norm(axis))
-    axis = axis / length
-    offset = others - line[0]
-    across = np.abs(offset @ np.array([axis[1], -axis[0]])).max(axis=1)
-    along = np.sort(offset @ axis, axis=1)
+def continuing(line: FloatArray, others: FloatArray, gap: float) -> Image:
+    """Indices of those of the segments (K, 2, 2) that continue a line (2, 2)."""
+    (r0, c0), (r1, c1) = line.tolist()
+    length = hypot(r1 - r0, c1 - c0)
+    dr, dc = (r1 - r0) / length, (c1 - c0) / length
+    r, c = others[:, :, 0] - r0, others[:, :, 1] - c0
+    # The ends of noisy segments are off by a pixel.
+    beside = np.flatnonzero((np.abs(r * dc - c * dr) < 1.5).all(axis=1))
+    if len(beside) == 0:
+        return beside
+    along = np.sort(r[beside] * dr + c[beside] * dc, axis=1)
     beyond = np.maximum(along[:, 0] - length, -along[:, 1])
-    # The ends of noisy segments are off by a pixel; a short line does not point far.
-    return np.asarray((across < 1.5) & (beyond < min(gap, length)))
+    # A short line does not point far.
+    found: Image = beside[beyond < min(gap, length)]
+    return found
 
 
 def scaled(line: FloatArray, step: int) -> Line:

@@ -1,17 +1,18 @@
 """The picture as an edge sees it: intensity on a grid along and across a line."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
 from scipy import ndimage
 
-from .._typing import FloatArray, Image
-from ..photo import full_scale, planes
+from .._typing import FloatArray
 from .base import Line, Point
+from .picture import Picture
 
-# Rows of a strip: enough to average an edge of any length, and a bound on the time it takes.
-MOST_ROWS = 128
+# Rows of a strip; the most are enough to average an edge of any length, in a bounded time.
+ROWS = (8, 16, 24, 32, 48, 64, 96)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +60,16 @@ class Frame:
         angle = self.angle + atan2(slope, 1.0)
         return Frame(self.point(0, offset), angle, self.length)
 
+    def reduced(self, step: int) -> "Frame":
+        """The frame in a picture of which each pixel is `step` pixels wide."""
+        row, column = ((x - (step - 1) / 2) / step for x in self.center)
+        return Frame((row, column), self.angle, self.length / step)
+
+    def enlarged(self, step: int) -> "Frame":
+        """The frame in the photo, for one in a picture; undoes :meth:`reduced`."""
+        row, column = (x * step + (step - 1) / 2 for x in self.center)
+        return Frame((row, column), self.angle, self.length * step)
+
     def part(self, first: float, last: float) -> "Frame":
         """The frame of the part from `first` to `last` along the edge."""
         return Frame(self.point((first + last) / 2, 0), self.angle, last - first)
@@ -70,17 +81,26 @@ class Strip:
 
     Parameters
     ----------
-    values : ndarray, shape (T, D, C)
+    values : ndarray, shape (C, T, D)
         Intensity in [0, 1] in each channel; NaN outside the image.
     along : ndarray, shape (T,)
         Distance along the line from its middle, pixels.
     across : ndarray, shape (D,)
         Distance along the normal, pixels, spaced by 1.
+    profile : ndarray, shape (C, D)
+        Mean along the line in each channel, of what lies in the image.
+    weights : ndarray, shape (C,)
+        The color in which the two sides differ most; see :func:`contrasting`.
+    signal : ndarray, shape (T, D)
+        Intensity along that color.
     """
 
     values: FloatArray
     along: FloatArray
     across: FloatArray
+    profile: FloatArray
+    weights: FloatArray
+    signal: FloatArray
 
     @property
     def spacing(self) -> float:
@@ -88,29 +108,113 @@ class Strip:
         return float(self.along[1] - self.along[0])
 
 
-def sample_strip(image: Image, frame: Frame, reach: float, most_rows: int = MOST_ROWS) -> Strip:
-    """Sample the image around a line, out to `reach` pixels on both sides.
+@dataclass(frozen=True, slots=True, eq=False)
+class Strips:
+    """The strips of several lines, all with as many rows: fields of :class:`Strip`, stacked.
+
+    Parameters
+    ----------
+    values : ndarray, shape (C, K, T, D)
+    along : ndarray, shape (K, T)
+    across : ndarray, shape (D,)
+    profile : ndarray, shape (C, K, D)
+    weights : ndarray, shape (C, K)
+    signal : ndarray, shape (K, T, D)
+    """
+
+    values: FloatArray
+    along: FloatArray
+    across: FloatArray
+    profile: FloatArray
+    weights: FloatArray
+    signal: FloatArray
+
+    def __getitem__(self, k: int) -> Strip:
+        return Strip(
+            self.values[:, k],
+            self.along[k],
+            self.across,
+            self.profile[:, k],
+            self.weights[:, k],
+            self.signal[k],
+        )
+
+
+def sample_strip(picture: Picture, frame: Frame, reach: float) -> Strip:
+    """Sample the picture around a line, out to `reach` pixels on both sides."""
+    return sample_strips(picture, [frame], reach, rows_for(frame.length))[0]
+
+
+def strips_along(picture: Picture, frames: Sequence[Frame], reach: float) -> list[Strip]:
+    """Sample the picture around many lines, each like :func:`sample_strip`, in their order."""
+    rows = np.array([rows_for(frame.length) for frame in frames])
+    strips: dict[int, Strip] = {}
+    for number in np.unique(rows):
+        chosen = np.flatnonzero(rows == number).tolist()
+        together = sample_strips(picture, [frames[i] for i in chosen], reach, int(number))
+        strips.update((i, together[k]) for k, i in enumerate(chosen))
+    return [strips[i] for i in range(len(frames))]
+
+
+def rows_for(length: float) -> int:
+    """Rows of the strip of an edge: about one for each pixel, up to a limit.
+
+    A few numbers only, so that many edges share theirs.
+    """
+    return next((rows for rows in ROWS if length < 1.25 * rows), ROWS[-1])
+
+
+def sample_strips(picture: Picture, frames: Sequence[Frame], reach: float, rows: int) -> Strips:
+    """Sample the picture around lines, out to `reach` pixels on both sides.
 
     Bilinear: good enough to find an edge and to judge it; its profile is measured from the
     pixels themselves.
     """
-    rows = int(np.clip(round(frame.length), 4, most_rows))
-    along = ((np.arange(rows) + 0.5) / rows - 0.5) * frame.length
+    center = np.array([frame.center for frame in frames])[:, :, None, None]
+    angle = np.array([frame.angle for frame in frames])
+    length = np.array([frame.length for frame in frames])
+    along = ((np.arange(rows) + 0.5) / rows - 0.5) * length[:, None]
     across = np.arange(-np.ceil(reach), np.ceil(reach) + 1)
-    s, c = sin(frame.angle), cos(frame.angle)
-    r = frame.center[0] - along[:, None] * c + across * s
-    q = frame.center[1] + along[:, None] * s + across * c
-    scale = np.float32(1 / full_scale(image))
-    values = np.empty((*r.shape, len(planes(image))), dtype=np.float32)
-    for i, plane in enumerate(planes(image)):
-        values[..., i] = interpolate(plane, r, q)
-    values *= scale
-    return Strip(values, along, across)
+    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
+    where = np.empty((2, *along.shape, len(across)))
+    where[0] = (center[:, 0] - along[:, :, None] * c) + across * s
+    where[1] = (center[:, 1] + along[:, :, None] * s) + across * c
+    values = np.empty((len(picture.planes), *where.shape[1:]), dtype=np.float32)
+    for plane, found in zip(picture.planes, values, strict=True):
+        ndimage.map_coordinates(plane, where, order=1, output=found, mode="constant", cval=np.nan)
+    values *= np.float32(picture.unit)
+    profile = mean_valid(values, 2)
+    weights = contrasting(profile, across)
+    # Channel by channel, so that it is summed in one pass without copies.
+    signal = values[0] * weights[0, :, None, None]
+    for plane, weight in zip(values[1:], weights[1:], strict=True):
+        signal += plane * weight[:, None, None]
+    return Strips(values, along, across, profile, weights, signal)
 
 
-def interpolate(plane: Image, row: FloatArray, column: FloatArray) -> FloatArray:
-    """Bilinear interpolation at the given points, float32, NaN outside."""
-    found: FloatArray = ndimage.map_coordinates(
-        plane, (row, column), order=1, output=np.float32, mode="constant", cval=np.nan
-    )
-    return found
+def contrasting(profile: FloatArray, across: FloatArray) -> FloatArray:
+    """Weights of the channels, (C, K), under which the sides of profiles (C, K, D) differ most.
+
+    They are the differences between the sides, scaled so that their sizes sum to 1: contrast
+    in opposite directions adds instead of cancelling.
+    """
+    sides = [mean_valid(profile[..., side], 2) for side in (across > 0, across < 0)]
+    difference = np.nan_to_num(sides[0] - sides[1])  # NaN if a side lies outside the image
+    total = np.abs(difference).sum(axis=0)
+    top = np.abs(difference).argmax(axis=0)[None]
+    scale = np.copysign(total, np.take_along_axis(difference, top, axis=0))[0]
+    even = np.full_like(difference, 1 / len(difference))
+    weights: FloatArray = np.divide(difference, scale, out=even, where=total > 0)
+    return weights
+
+
+def mean_valid(values: FloatArray, axis: int) -> FloatArray:
+    """Mean over the finite values along an axis; NaN where there are none."""
+    mean: FloatArray = values.mean(axis=axis)
+    if np.isfinite(mean).all():
+        return mean
+    valid = np.isfinite(values)
+    count = valid.sum(axis=axis)
+    total = np.where(valid, values, 0).sum(axis=axis)
+    mean = np.where(count > 0, total / np.maximum(count, 1), np.nan)
+    return mean

@@ -7,7 +7,6 @@ import numpy as np
 from scipy import ndimage
 
 from .._typing import BoolArray, FloatArray
-from .locate import mean_valid
 from .strip import Strip
 
 # An 8-bit step, uniformly rounded: the least noise that is assumed of a photo.
@@ -86,13 +85,13 @@ def flat_samples(blur_extent: float) -> int:
     return max(3, round(0.2 * blur_extent))
 
 
-def find_transition(strip: Strip, projected: FloatArray, blur_extent: float) -> Transition | None:
+def find_transition(strip: Strip, blur_extent: float) -> Transition | None:
     """The transition next to the middle of a strip; None if a side is nowhere flat.
 
     From the steepest place outwards, a side starts where the mean profile changes, over the
     flat length, by no more than a few percent of the contrast and the noise of its slope.
     """
-    mean, noise = mean_valid(projected, 0), row_noise(projected)
+    mean, noise = strip.weights @ strip.profile, row_noise(strip.signal)
     flat = flat_samples(blur_extent)
     peak = steepest_sample(mean, strip.across, blur_extent)
     if peak is None:
@@ -100,12 +99,12 @@ def find_transition(strip: Strip, projected: FloatArray, blur_extent: float) -> 
     ramp = (np.arange(flat + 1) - flat / 2) / (flat * (flat + 1) * (flat + 2) / 12)
     slope = np.abs(np.correlate(mean, ramp, mode="valid"))  # NaN outside the image
     limit = slope_limit(mean, peak, flat, blur_extent)
-    limit += 4 * noise / np.sqrt(len(projected)) * float(np.linalg.norm(ramp))
+    limit += 4 * noise / np.sqrt(len(strip.along)) * float(np.linalg.norm(ramp))
     found = level_around(slope <= limit, peak, flat)
     if found is None:
         return None
     first, last = found
-    profile = mean_valid(strip.values, 0)
+    profile = strip.profile.T
     sides = [profile[first - flat : first + 1], profile[last : last + flat + 1]]
     means = np.stack([side.mean(axis=0) for side in sides])
     return Transition(profile, first, last, flat, means, noise)
@@ -144,10 +143,11 @@ def slope_limit(mean: FloatArray, peak: int, flat: int, blur_extent: float) -> f
     return min(0.05 * steepest, 0.02 * float(np.ptp(near)) / flat)
 
 
-def row_noise(projected: FloatArray) -> float:
+def row_noise(signal: FloatArray) -> float:
     """Standard deviation of a sample, from the differences of neighboring rows."""
-    difference = np.diff(projected, axis=0)
-    difference = difference[np.isfinite(difference)]
+    difference = np.diff(signal[:, ::2], axis=0).ravel()  # half of them are plenty
+    if np.isnan(difference.sum()):
+        difference = difference[np.isfinite(difference)]
     if difference.size == 0:
         return ROUNDING
     # 1.4826 turns a median deviation into a standard one, sqrt(2) a difference into a value.
