@@ -18,7 +18,7 @@ from .edges import (
 from .errors import CrfDeblurError
 from .estimate import (
     GivenResponse,
-    RankMinimization,
+    MaximumLikelihood,
     ResponseEstimate,
     ResponseFit,
     estimating_response,
@@ -57,7 +57,7 @@ class DeblurOptions:
         allows for the errors of an estimated PSF.
     """
 
-    response: ResponseFit | Sequence[ResponseFit] = field(default_factory=RankMinimization)
+    response: ResponseFit | Sequence[ResponseFit] = field(default_factory=MaximumLikelihood)
     edges: Sequence[Line | Rectangle] | None = None
     blur_extent: float | None = None
     psf: PsfEstimator | None = None
@@ -197,9 +197,9 @@ def profiles_for(
 ) -> tuple[ProfileGroup, ...]:
     """Profiles of a photo, in the groups that tell the method most about the response.
 
-    Where edges lie between different colors, the channels of each edge are a group that
-    needs no alignment. In a gray photo, in one of gray things, and for one response for each
-    channel, the edges of one orientation are.
+    Those of one orientation are a group. For the paper's methods, which do not allow for edges
+    that lie a little beside where they were located, the channels of each edge are a group of
+    their own where edges lie between different colors and one response serves all channels.
     """
     return drain(gathering_profiles(method, photo, edges, index))
 
@@ -217,7 +217,7 @@ def gathering_profiles(
             "use one response for all"
         )
     groups = yield from sampling_profiles(photo, edges, grouping=ByOrientation(), index=index)
-    if isinstance(method, ResponseFit):
+    if isinstance(method, ResponseFit) and not isinstance(method, MaximumLikelihood):
         by_edge = [own for group in groups for own in ByEdge().split(group)]
         rows = [group for group in by_edge if len(group) >= 2]
         if levels_apart(rows, dorf_mean()) >= LEAST_COLLINEARITY:

@@ -10,6 +10,7 @@ from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
     KnownPsf,
+    MaximumLikelihood,
     MeanProfile,
     RankMinimization,
     ResponseFit,
@@ -28,7 +29,7 @@ from ..psf import (
     kernel_b,
     line,
 )
-from ..response import SRGB, Gamma, Identity, ResponseCurve
+from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePrior, around
 
 # Methods with a prior, whose weight allows for the errors of the PSF.
 PRIORS: dict[str, type[HyperLaplacian | SparseIrls | Wiener]] = {
@@ -55,17 +56,30 @@ def known_response(text: str) -> tuple[ResponseCurve, ...]:
     return read_responses(Path(text))
 
 
-def response_fits(text: str, per_channel: bool) -> ResponseFit | Sequence[ResponseFit]:
-    """Method for ``--response`` and ``--per-channel``: estimation, or the curves named."""
-    fits = [RankMinimization()] if text == "auto" else [*map(GivenResponse, known_response(text))]
+def camera_prior(text: str) -> Cameras | ResponsePrior:
+    """What ``--prior`` says of the camera: a kind, or curves near that of a response file."""
+    if text.upper() in Cameras.__members__:
+        return Cameras[text.upper()]
+    return around(read_responses(Path(text))[0])
+
+
+def response_fits(text: str, per_channel: bool, prior: str) -> ResponseFit | Sequence[ResponseFit]:
+    """Method for ``--response``, ``--prior`` and ``--per-channel``: estimation, or curves."""
+    fits: list[ResponseFit] = (
+        [MaximumLikelihood(camera_prior(prior))]
+        if text == "auto"
+        else [*map(GivenResponse, known_response(text))]
+    )
     if per_channel and len(fits) == 1:
         fits *= 3
     return fits[0] if len(fits) == 1 else fits
 
 
-def fit_named(name: str | None, psf: Path | None) -> ResponseFit:
-    """Method for ``estimate --method`` and ``--psf``."""
-    if name == "known-psf" or (name is None and psf is not None):
+def fit_named(name: str, psf: Path | None, prior: str) -> ResponseFit:
+    """Method for ``estimate --method``, ``--psf`` and ``--prior``."""
+    if name == "likelihood":
+        return MaximumLikelihood(camera_prior(prior), None if psf is None else read_psf(psf))
+    if name == "known-psf":
         if psf is None:
             raise CrfDeblurError("--method known-psf needs the PSF: give --psf FILE")
         return KnownPsf(read_psf(psf))

@@ -64,7 +64,7 @@ def deblur(arguments: Namespace) -> None:
     _check(output, images.WRITABLE, arguments)
     options = replace(
         _options(arguments),
-        response=response_fits(arguments.response, arguments.per_channel),
+        response=response_fits(arguments.response, arguments.per_channel, arguments.prior),
         psf=psf_estimator(arguments.psf, arguments.psf_size),
         method=deconvolver(arguments.method, arguments.psf),
     )
@@ -96,7 +96,7 @@ def estimate(arguments: Namespace) -> None:
     _check_extras(arguments)
     if len(arguments.photos) > 1 and (arguments.edges or arguments.save_edges):
         raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
-    fit = fit_named(arguments.method, arguments.psf)
+    fit = fit_named(arguments.method, arguments.psf, arguments.prior)
     method = [fit] * 3 if arguments.per_channel else fit
     options = _options(arguments)
     photos = [_photo(path) for path in arguments.photos]
@@ -124,7 +124,7 @@ def psf(arguments: Namespace) -> None:
     _check(output, psfs.SUFFIXES, arguments)
     options = replace(
         _options(arguments),
-        response=response_fits(arguments.response, arguments.per_channel),
+        response=response_fits(arguments.response, arguments.per_channel, arguments.prior),
         psf=psf_estimator("auto", arguments.psf_size),
     )
     photo = _photo(arguments.photo)
@@ -224,6 +224,8 @@ def _say_responses(found: Sequence[ResponseEstimate]) -> None:
     for name, one in zip(names, found, strict=True):
         low, high = one.covered
         print(f"{name}: {one.status.value} (intensity {low:.2f} to {high:.2f})")
+        for finding in one.findings:
+            print(f"  {finding.value}")
 
 
 def _say_psf(found: PsfEstimate) -> None:

@@ -75,6 +75,7 @@ def _deblur(add: Add) -> None:
     deblur.add_argument(
         "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
     )
+    _prior(deblur)
     deblur.add_argument("--psf", default="auto", metavar="PSF", help=f"{PSF_HELP} (default: auto)")
     deblur.add_argument(
         "--method",
@@ -110,10 +111,12 @@ def _estimate(add: Add) -> None:
     estimate.add_argument(
         "--method",
         choices=FITS,
-        help="rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5) or known-psf (Eq. 4) "
-        "of the paper (default: rank, or known-psf with --psf)",
+        default="likelihood",
+        help="likelihood, or of the paper: rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5), "
+        "known-psf (Eq. 4) (default: likelihood)",
     )
     estimate.add_argument("--psf", type=Path, metavar="FILE", help="the PSF, if it is known")
+    _prior(estimate)
     _edges(estimate)
     _report(estimate)
 
@@ -135,6 +138,7 @@ def _psf(add: Add) -> None:
     psf.add_argument(
         "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
     )
+    _prior(psf)
     _psf_size(psf)
     _edges(psf)
     _report(psf)
@@ -201,7 +205,17 @@ def _simulate(add: Add) -> None:
 
 
 METHODS = ("hyper-laplacian", "irls", "richardson-lucy", "wiener")
-FITS = ("rank", "rank-all", "mean", "known-psf")
+FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
+
+
+def _prior(command: ArgumentParser) -> None:
+    command.add_argument(
+        "--prior",
+        default="digital",
+        metavar="CAMERAS",
+        help="what is assumed of the camera: digital, dorf (film and digital), srgb, or a "
+        "response file of it or one like it (default: digital)",
+    )
 
 
 def _psf_size(command: ArgumentParser) -> None:

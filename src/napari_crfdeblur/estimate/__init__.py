@@ -1,6 +1,7 @@
 """Estimation of the camera response from profiles across straight edges."""
 
 from .base import (
+    Finding,
     ResponseEstimate,
     ResponseFit,
     ResponseStatus,
@@ -8,12 +9,16 @@ from .base import (
     estimating_response,
 )
 from .given import GivenResponse
+from .likelihood import MaximumLikelihood, NoiseModel
 from .paper import KnownPsf, MeanProfile, PolynomialFit, RankMinimization, RowScale, Tail
 
 __all__ = [
+    "Finding",
     "GivenResponse",
     "KnownPsf",
+    "MaximumLikelihood",
     "MeanProfile",
+    "NoiseModel",
     "PolynomialFit",
     "RankMinimization",
     "ResponseEstimate",

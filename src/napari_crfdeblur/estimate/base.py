@@ -10,7 +10,7 @@ import numpy as np
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..progress import Job, drain
-from ..response import ResponseCurve
+from ..response import ResponseCurve, ResponsePrior
 
 
 class ResponseStatus(Enum):
@@ -22,9 +22,33 @@ class ResponseStatus(Enum):
         "the edges hardly determine the response: add edges between areas of other "
         "brightness, or more photos of the same camera"
     )
+    CANNOT_TELL = (
+        "the edges cannot tell the response: this is what is assumed of any camera; add edges "
+        "between areas of other brightness, or more photos of the same camera"
+    )
     NOT_CONVERGED = (
         "the search for the response did not converge: remove edges that are not straight "
         "steps, or choose another method"
+    )
+
+
+class Finding(Enum):
+    """Why a response is in doubt; the value is the sentence that the user reads."""
+
+    FEW_EDGES = "there are only a few edges: find or draw more"
+    NARROW = "the edges cover a small part of the intensities: add darker or brighter ones"
+    ALIKE = (
+        "the edges are too much alike (one dark side, one bright side or one contrast), so that "
+        "any power of the response fits: add others"
+    )
+    MISFIT = (
+        "the profiles differ from blurred steps by far more than their noise: remove edges that "
+        "are not straight steps between even areas"
+    )
+    UNSURE = "what the edges say leaves a wide band"
+    CONTRADICTION = (
+        "the photos contradict each other: they are not of one camera in one picture style; "
+        "estimate them apart"
     )
 
 
@@ -46,6 +70,10 @@ class ResponseEstimate:
         How far the curve can be trusted.
     diagnostics : dict of str to float
         Figures of the method, by name.
+    findings : tuple of Finding
+        Why the curve is in doubt, if it is.
+    posterior : ResponsePrior, optional
+        What is known of this camera now: the prior for its next photo.
     """
 
     curve: ResponseCurve
@@ -55,6 +83,8 @@ class ResponseEstimate:
     covered: tuple[float, float]
     status: ResponseStatus
     diagnostics: dict[str, float] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = ()
+    posterior: ResponsePrior | None = None
 
     def __post_init__(self) -> None:
         for name in ("intensity", "lower", "upper"):

@@ -18,6 +18,8 @@ from ..response import ResponseCurve
 # Least collinearity of profiles that can be relied on: of random fits below it, one in seven
 # was worse than the DoRF mean.
 LEAST_COLLINEARITY = 0.03
+# Least range of intensity covered by an estimate that is called good.
+LEAST_COVERED = 0.3
 # Sides that differ less than this, in intensity, are the same: three levels of 8 bit.
 SAME_SIDE = 3 / 255
 # Least difference of the sides, in intensity: the paper (4.4) keeps edges of high contrast.

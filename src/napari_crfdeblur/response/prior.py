@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cache
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from .._typing import FloatArray
 from .base import ResponseCurve
 from .basis import emor_table
+from .parametric import SRGB
 from .tabulated import Tabulated, monotone
 
 # Irradiance at which responses are sampled: denser towards 0, where they bend most.
@@ -99,7 +101,7 @@ class ResponsePrior:
     def deviation(self, irradiance: ArrayLike) -> FloatArray:
         """Standard deviation of the intensity at the given irradiance."""
         spread = np.sqrt(np.square(self.directions).sum(axis=0))
-        return np.interp(np.clip(irradiance, 0, 1), NODES, spread)
+        return np.asarray(np.interp(np.clip(irradiance, 0, 1), NODES, spread))
 
     def narrowed(self, coefficients: FloatArray, covariance: FloatArray) -> "ResponsePrior":
         """The family after an estimate: its mean at `coefficients`, spread by `covariance`.
@@ -140,3 +142,72 @@ def film_and_digital() -> ResponsePrior:
     steps = np.linspace(0.0, 1.0, emor_table().shape[1])
     mean = _strict(np.interp(NODES, steps, emor_table()[0])).intensity
     return ResponsePrior(mean, _emor_directions(DORF_DEVIATIONS))
+
+
+# Digital cameras as they are built: the sRGB curve of light that passed a shoulder, then a tone
+# curve of more or less contrast. Figures of that kind, not fitted to any set of cameras.
+SHOULDER = (0.4, 0.5)  # mean and deviation of log k, in k E / (1 + (k - 1) E)
+CONTRAST = (0.1, 0.25)  # of b, in y - b sin(2 pi y) / (2 pi)
+POWER = (0.0, 0.1)  # of log p, in y^p
+OWN = 0.5  # what else differs, as a share of the differences within DoRF
+DRAWN = 400  # cameras
+
+
+@cache
+def digital_cameras() -> ResponsePrior:
+    """Digital cameras: sRGB, a shoulder in the highlights, contrast, and what else differs.
+
+    The family is wide enough for the responses of DoRF, but its middle is that of cameras
+    that write JPEG files.
+    """
+    rng = np.random.default_rng(0)
+    samples: list[FloatArray] = []
+    while len(samples) < DRAWN:
+        gain, power = np.exp([rng.normal(*SHOULDER), rng.normal(*POWER)])
+        bend = rng.normal(*CONTRAST)
+        light = gain * NODES / (1 + (gain - 1) * NODES)
+        tone = SRGB().to_intensity(light) ** power
+        tone = tone - bend * np.sin(2 * np.pi * tone) / (2 * np.pi)
+        tone += rng.normal(scale=OWN, size=len(DORF_DEVIATIONS)) @ _emor_directions(DORF_DEVIATIONS)
+        if np.all(np.diff(tone) > 0):
+            samples.append(tone)
+    return ResponsePrior._of_samples(np.array(samples), DIRECTIONS)
+
+
+@cache
+def srgb_like() -> ResponsePrior:
+    """Curves near sRGB, as of edited or scanned pictures: a fifth of the spread of DoRF."""
+    return around(SRGB())
+
+
+def around(curve: ResponseCurve, share: float = 0.2) -> ResponsePrior:
+    """Curves near a given one.
+
+    Parameters
+    ----------
+    curve : ResponseCurve
+        Mean, for example a curve that was measured or estimated from other photos.
+    share : float
+        Spread, as a share of that of the responses of DoRF.
+    """
+    if not share > 0:
+        raise ValueError(f"expected a positive share, got {share}")
+    mean = _strict(curve.to_intensity(NODES)).intensity
+    return ResponsePrior(mean, share * _emor_directions(DORF_DEVIATIONS))
+
+
+class Cameras(Enum):
+    """Kinds of camera; the value says what is assumed of one before its photo is seen."""
+
+    DIGITAL = "digital cameras"
+    DORF = "film and digital cameras (DoRF)"
+    SRGB = "close to sRGB"
+
+    @property
+    def prior(self) -> ResponsePrior:
+        """The family of their responses."""
+        return {
+            Cameras.DIGITAL: digital_cameras,
+            Cameras.DORF: film_and_digital,
+            Cameras.SRGB: srgb_like,
+        }[self]()

@@ -3,13 +3,20 @@
 from typing import Any
 
 from ...deconvolution import HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
-from ...estimate import GivenResponse, MeanProfile, RankMinimization, Tail
+from ...estimate import (
+    GivenResponse,
+    MaximumLikelihood,
+    MeanProfile,
+    RankMinimization,
+    Tail,
+)
 from ...pipeline import BLIND_ERROR
 from ...psf import XuJia
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
 # Names in napari's settings, which are those of the command line, and names in the widgets.
 PREFERRED = {
+    "likelihood": "maximum likelihood",
     "rank": "rank minimization",
     "mean": "mean profile",
     "gamma": "gamma",
@@ -25,6 +32,7 @@ AUTOMATIC = "automatic"
 def fits() -> dict[str, Any]:
     """How the response can be estimated."""
     return {
+        "maximum likelihood": MaximumLikelihood(),
         "rank minimization": RankMinimization(),
         "rank minimization, all singular values": RankMinimization(Tail.ALL),
         "mean profile": MeanProfile(),

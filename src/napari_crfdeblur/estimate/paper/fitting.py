@@ -9,19 +9,16 @@ from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...profiles.base import ProfileGroup
 from ...progress import Job, Progress
-from ..band import band, covered_range, share_of_prior
+from ..band import BAND_SAMPLES, band, covered_range, share_of_prior
 from ..base import ResponseEstimate, ResponseStatus
-from ..identifiability import LEAST_COLLINEARITY, collinearity
+from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
 from . import polynomial
 from .rows import Rows
 from .search import Found, Terms, resampling, search
 
-# Least range of intensity covered by an estimate that is called good.
-LEAST_COVERED = 0.3
 # Its band over that range, as a share of the prior's: edges that leave half of what is not
 # known of any camera say little.
 WIDEST_BAND = 0.5
-BAND_SAMPLES = 257
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,71 @@
+"""Maximum likelihood with a prior: the default way to estimate a response."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..._typing import FloatArray
+from ...errors import CrfDeblurError
+from ...profiles.base import ProfileGroup
+from ...progress import Job
+from ...psf.base import as_psf
+from ...response import Cameras, ResponsePrior
+from ..base import ResponseEstimate, ResponseFit
+from ..identifiability import contrasted
+from .evidence import edge_groups
+from .noise import NoiseModel
+from .search import searching
+from .verdict import judged
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MaximumLikelihood(ResponseFit):
+    """The most probable response, given the profiles and what is known of cameras.
+
+    Profile `j` of a group is ``f(l_j + w_j s(m + a_e))`` with an edge spread `s` common to the
+    group, rising or falling, and a sub-pixel shift `a_e` of its edge that all its channels share
+    (Kim et al. 2012, 4.1, for the model). Minimized are the squared residuals of the recorded
+    intensity over all of these and the coefficients of the response `f`, whose prior is normal.
+    Whole edges that fit badly lose their weight, and the evidence counts for as much as the
+    scatter of the edges says.
+
+    Parameters
+    ----------
+    prior : Cameras or ResponsePrior
+        What is assumed of the camera: a kind, the curves near a known one
+        (:func:`~napari_crfdeblur.response.around`), or the posterior of an earlier estimate.
+    psf : ndarray, shape (H, W), optional
+        Point spread function, if it is known: it gives the shape of all profiles.
+    noise : NoiseModel
+        How much a sample counts.
+    shift : float
+        Standard deviation of the place of an edge, pixels.
+    """
+
+    prior: Cameras | ResponsePrior = Cameras.DIGITAL
+    psf: FloatArray | None = None
+    noise: NoiseModel = field(default_factory=NoiseModel)
+    shift: float = 0.3
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.prior, (Cameras, ResponsePrior)):
+            raise ValueError(f"expected a kind of camera or a prior, got {self.prior!r:.80}")
+        if not 0 < self.shift < float("inf"):
+            raise ValueError(f"expected a positive shift in pixels, got {self.shift}")
+        if self.psf is not None:
+            psf = as_psf(self.psf)
+            psf.setflags(write=False)
+            object.__setattr__(self, "psf", psf)
+
+    def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
+        """Long job: see :class:`ResponseFit`."""
+        usable = contrasted(groups)
+        if not usable:
+            raise CrfDeblurError(
+                "there are no profiles of good contrast; add straight edges between two even "
+                "areas of other brightness, or give the response (gamma or sRGB)"
+            )
+        prior = self.prior.prior if isinstance(self.prior, Cameras) else self.prior
+        found = yield from searching(
+            prior, edge_groups(usable), self.noise, self.shift, psf=self.psf
+        )
+        return judged(found, usable)

@@ -1,0 +1,91 @@
+"""What profiles are made of: a response, a shape for each group, two sides for each profile.
+
+In linear light, channel `c` of edge `e` is ``l + w (s(x) + sum_k a_k phi_k(x))``: offset `l` and
+range `w` of its own, the shape `s` of its group, and small deviations `a` of the edge, shared
+by its channels: an edge that lies `a` pixels from where it was located sees ``s(x + a)``.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._typing import FloatArray
+from .evidence import EdgeGroup
+from .family import Family
+
+LEAST_RANGE = 1e-3  # of a profile in linear light, where the search starts
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroupState:
+    """The unknowns of one group.
+
+    Parameters
+    ----------
+    shape : ndarray, shape (M,)
+        Edge spread `s` at the positions of the group.
+    light : ndarray, shape (E, C, 2)
+        Offset `l` and range `w` of each profile, in linear light.
+    deviation : ndarray, shape (E, K)
+        Deviations of each edge: its shift in pixels.
+    """
+
+    shape: FloatArray
+    light: FloatArray
+    deviation: FloatArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """All unknowns: coefficients of the response, shape (n,), and those of each group."""
+
+    coefficients: FloatArray
+    groups: tuple[GroupState, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Prediction:
+    """Linear light of the profiles of one group.
+
+    Parameters
+    ----------
+    light : ndarray, shape (E, C, M + 2)
+        Of each sample and of the two sides.
+    spread : ndarray, shape (E, 1, M + 2)
+        Edge spread of each edge; 0 and 1 on its sides.
+    modes : ndarray, shape (K, M + 2)
+        How the spread follows the deviations.
+    """
+
+    light: FloatArray
+    spread: FloatArray
+    modes: FloatArray
+
+
+def predict(group: EdgeGroup, state: GroupState) -> Prediction:
+    """Light of all profiles of a group."""
+    slope = np.gradient(state.shape, group.step)
+    modes = np.concatenate([slope, [0.0, 0.0]])[np.newaxis]
+    shape = np.concatenate([state.shape, [0.0, 1.0]])
+    spread = (shape + state.deviation @ modes)[:, np.newaxis]
+    light = state.light[..., :1] + state.light[..., 1:] * spread
+    return Prediction(light, spread, modes)
+
+
+def initial(groups: Sequence[EdgeGroup], family: Family) -> State:
+    """The unknowns as they follow from profiles and sides if the response were known."""
+    return State(family.coefficients, tuple(_initial(group, family) for group in groups))
+
+
+def _initial(group: EdgeGroup, family: Family) -> GroupState:
+    light = family.undo(group.intensity)
+    offset = light[..., -2]
+    change = light[..., -1] - offset
+    change = np.where(change < 0, np.minimum(change, -LEAST_RANGE), np.maximum(change, LEAST_RANGE))
+    rows = (light[..., :-2] - offset[..., np.newaxis]) / change[..., np.newaxis]
+    weight = np.where(group.present, change**2, 0.0)
+    shape = np.einsum("ec,ecm->m", weight, rows) / weight.sum()
+    return GroupState(
+        shape, np.stack([offset, change], axis=-1), np.zeros((len(group.intensity), 1))
+    )

@@ -1,0 +1,69 @@
+"""What is known of the response after the fit: its spread, and the error to expect."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._typing import FloatArray
+from ...response.prior import ResponsePrior
+from .family import Family
+from .problem import Normal
+
+SAMPLES = 129  # intensities at which the error to expect is judged
+# Slope of the response, as a share of its mean, below which the irradiance is not resolved.
+LEAST_GAIN = 0.02
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Posterior:
+    """Coefficients of the response as a normal distribution.
+
+    Parameters
+    ----------
+    prior : ResponsePrior
+        The family.
+    coefficients : ndarray, shape (n,)
+        Most probable ones.
+    covariance : ndarray, shape (n, n)
+    """
+
+    prior: ResponsePrior
+    coefficients: FloatArray
+    covariance: FloatArray
+
+    @classmethod
+    def of(cls, prior: ResponsePrior, coefficients: FloatArray, normal: Normal) -> "Posterior":
+        """Inverse Hessian, and the scatter of the edges: what the model expects and what is.
+
+        The sum of both errs on the safe side: the first knows no wrong model, the second no
+        direction of which no edge speaks.
+        """
+        inverse = np.linalg.inv(normal.hessian)
+        scores = normal.scores
+        scatter = inverse @ (scores.T @ scores) @ inverse
+        return cls(prior, coefficients, inverse + scatter)
+
+    @classmethod
+    def before(cls, prior: ResponsePrior) -> "Posterior":
+        """The prior itself."""
+        return cls(prior, np.zeros(prior.size), np.eye(prior.size))
+
+    def irradiance_map(self, intensity: FloatArray) -> FloatArray:
+        """Change of the irradiance at given intensities with each coefficient, (N, n)."""
+        family = Family(self.prior, self.coefficients)
+        exposure = family.expose(self.prior.curve(self.coefficients).to_irradiance(intensity))
+        return np.asarray(-exposure.sensitivity / np.maximum(exposure.gain, LEAST_GAIN)[:, None])
+
+    def deviation(self, intensity: FloatArray) -> FloatArray:
+        """Standard deviation of the irradiance at given intensities, shape (N,)."""
+        change = self.irradiance_map(intensity)
+        return np.asarray(np.sqrt(np.einsum("ni,ij,nj->n", change, self.covariance, change)))
+
+    def expected_error(self, covered: tuple[float, float]) -> float:
+        """Root mean square irradiance error to expect, after the best affine alignment."""
+        intensity = np.linspace(*covered, SAMPLES)
+        irradiance = self.prior.curve(self.coefficients).to_irradiance(intensity)
+        aligned = np.linalg.qr(np.stack([np.ones(SAMPLES), irradiance], axis=1)).Q
+        change = self.irradiance_map(intensity)
+        change = change - aligned @ (aligned.T @ change)
+        return float(np.sqrt(np.einsum("ni,ij,nj->", change, self.covariance, change) / SAMPLES))

@@ -1,0 +1,126 @@
+"""The most probable response: several starts, whole edges reweighted, evidence calibrated."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from ..._typing import FloatArray
+from ...progress import Job, Progress
+from ...response.prior import ResponsePrior
+from .descent import Descent, descend
+from .evidence import EdgeGroup
+from .family import Family
+from .known import expected_shapes
+from .model import State, initial
+from .noise import NoiseModel
+from .problem import Normal, Problem
+
+# Starts: the mean of the prior, and both ways along its two main directions.
+CORNERS = ((0.0, 0.0), *product((-1.5, 1.5), (-1.0, 1.0)))
+FIRST_STEPS = 6  # of each start, before the best are followed
+FOLLOWED = 2
+ROUNDS = 4  # of reweighting
+LEAST_EVIDENCE = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """The most probable response and what led to it.
+
+    Parameters
+    ----------
+    problem : Problem
+        As it was at last, with its weights.
+    state : State
+        Its minimum.
+    normal : Normal
+        Normal equations there.
+    evidence : float
+        Share of the samples that count, in (0, 1].
+    misfit : float
+        Root mean square of the residuals of a typical edge, in standard deviations of its noise.
+    settled : bool
+        Whether the search came to an end.
+    """
+
+    problem: Problem
+    state: State
+    normal: Normal
+    evidence: float
+    misfit: float
+    settled: bool
+
+
+def searching(
+    prior: ResponsePrior,
+    groups: Sequence[EdgeGroup],
+    noise: NoiseModel,
+    shift: float,
+    psf: FloatArray | None = None,
+) -> Job[Found]:
+    """Long job: the most probable response given profiles, and the PSF if it is known."""
+    problem = Problem(prior, groups, noise.weights(groups), shift, [None] * len(groups))
+    if psf is not None:
+        first = initial(groups, Family(prior, np.zeros(prior.size)))
+        problem = replace(problem, expected=expected_shapes(psf, groups, first))
+    best = yield from _starting(problem)
+    evidence = 1.0
+    trust: list[FloatArray] = []
+    for number in range(ROUNDS):
+        yield Progress("response", number, ROUNDS)
+        plain = replace(problem, weights=noise.weights(groups)).misfits(best.state)
+        trust = [noise.trust(g, misfit) for g, misfit in zip(groups, plain, strict=True)]
+        if psf is not None:
+            problem = replace(problem, expected=expected_shapes(psf, groups, best.state))
+        problem = _weighted(problem, noise, trust, evidence)
+        best = descend(problem, best.state)
+        evidence *= 1 / overconfidence(problem.normal(best.state))
+        evidence = float(np.clip(evidence, LEAST_EVIDENCE, 1.0))
+    problem = _weighted(problem, noise, trust, evidence)
+    best = descend(problem, best.state)
+    samples = np.concatenate([group.samples for group in groups])
+    misfit = float(np.sqrt(np.median(np.concatenate(plain) / samples)))
+    normal = problem.normal(best.state)
+    return Found(problem, best.state, normal, evidence, misfit, best.settled)
+
+
+def _weighted(
+    problem: Problem, noise: NoiseModel, trust: Sequence[FloatArray], evidence: float
+) -> Problem:
+    weights = noise.weights(problem.groups, evidence)
+    return replace(
+        problem,
+        weights=[w * t[:, np.newaxis, np.newaxis] for w, t in zip(weights, trust, strict=True)],
+    )
+
+
+def overconfidence(normal: Normal) -> float:
+    """How much more the edges scatter about the model than it expects; 1 if it is right.
+
+    Edges are independent, samples of one edge are not: neighbors, channels and what is wrong
+    with an edge go together. The scatter of the edges' own scores tells how much evidence
+    there really is (the sandwich of Huber 1967, as one factor).
+    """
+    scores = normal.scores
+    inverse = np.linalg.inv(normal.hessian)
+    data = normal.hessian - np.eye(len(inverse))
+    effective = float(np.trace(inverse @ data))
+    scatter = float(np.einsum("ei,ij,ej->", scores, inverse, scores))
+    spare = max(len(scores) - effective, 1.0)
+    return scatter / max(effective, 1e-9) * len(scores) / spare
+
+
+def _starting(problem: Problem) -> Job[Descent]:
+    """Long job: the lowest end of several starts."""
+    rough = []
+    for number, corner in enumerate(CORNERS):
+        yield Progress("response", number, len(CORNERS))
+        coefficients = np.zeros(problem.prior.size)
+        coefficients[: len(corner)] = corner[: problem.prior.size]
+        start = initial(problem.groups, Family(problem.prior, coefficients))
+        rough.append(descend(problem, start, FIRST_STEPS))
+    rough.sort(key=lambda end: end.value)
+    ends = [descend(problem, end.state) for end in rough[:FOLLOWED]]
+    return min(ends, key=lambda end: end.value)

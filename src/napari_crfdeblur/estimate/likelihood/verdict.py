@@ -1,0 +1,82 @@
+"""From the most probable response to an estimate: its band, how far to trust it, and why not."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...profiles.base import ProfileGroup
+from ..band import BAND_SAMPLES, TWO_SIDED_95, covered_range
+from ..base import Finding, ResponseEstimate, ResponseStatus
+from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
+from .posterior import Posterior
+from .search import Found
+
+FEW = 6  # edges
+# Root mean square of the residuals in units of the noise beyond which profiles are no steps.
+LARGEST_MISFIT = 10.0
+# Error to expect of a good estimate, in irradiance after alignment, and the share of the
+# prior's beyond which the edges have added nothing.
+GOOD_ERROR = 0.006
+NOTHING_ADDED = 0.75
+
+
+def judged(found: Found, groups: Sequence[ProfileGroup]) -> ResponseEstimate:
+    """The estimate of a search; the prior where the edges add nothing to it."""
+    prior = found.problem.prior
+    covered = covered_range(groups)
+    before = Posterior.before(prior)
+    after = Posterior.of(prior, found.state.coefficients, found.normal)
+    error, known = after.expected_error(covered), before.expected_error(covered)
+    findings = _findings(found, covered, error)
+    told = error < NOTHING_ADDED * known
+    status = _status(found, told, findings)
+    chosen = after if told else before
+    intensity = np.linspace(0, 1, BAND_SAMPLES)
+    curve = prior.curve(chosen.coefficients)
+    center, deviation = curve.to_irradiance(intensity), chosen.deviation(intensity)
+    return ResponseEstimate(
+        curve=curve,
+        intensity=intensity,
+        lower=np.clip(center - TWO_SIDED_95 * deviation, 0, 1),
+        upper=np.clip(center + TWO_SIDED_95 * deviation, 0, 1),
+        covered=covered,
+        status=status,
+        diagnostics={
+            "error to expect": error if told else known,
+            "share of the prior's": error / known,
+            "collinearity": _apart(found),
+            "misfit": found.misfit,
+            "evidence": found.evidence,
+            "groups": len(groups),
+            "profiles": sum(len(group) for group in groups),
+        },
+        findings=findings,
+        posterior=prior.narrowed(chosen.coefficients, chosen.covariance),
+    )
+
+
+def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> ResponseStatus:
+    if not told:
+        return ResponseStatus.CANNOT_TELL
+    if not found.settled:
+        return ResponseStatus.NOT_CONVERGED
+    return ResponseStatus.DOUBTFUL if findings else ResponseStatus.GOOD
+
+
+def _findings(found: Found, covered: tuple[float, float], error: float) -> tuple[Finding, ...]:
+    known = any(expected is not None for expected in found.problem.expected)
+    doubts = {
+        Finding.FEW_EDGES: sum(len(g.edges) for g in found.problem.groups) < FEW and not known,
+        Finding.NARROW: covered[1] - covered[0] < LEAST_COVERED,
+        Finding.ALIKE: _apart(found) < LEAST_COLLINEARITY and not known,
+        Finding.MISFIT: found.misfit > LARGEST_MISFIT,
+        Finding.UNSURE: error > GOOD_ERROR,
+    }
+    return tuple(finding for finding, true in doubts.items() if true)
+
+
+def _apart(found: Found) -> float:
+    """Collinearity of the profiles under the most probable response."""
+    pairs = zip(found.problem.groups, found.state.groups, strict=True)
+    light = [own.light[group.present] for group, own in pairs]
+    return collinearity([each[:, 0] for each in light], [each[:, 1] for each in light])
