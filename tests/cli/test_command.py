@@ -1,6 +1,7 @@
 """The command ``crfdeblur``: what it writes, and what it says when it cannot."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -26,17 +27,28 @@ def simulated():
     return simulate(scene, camera_shake(13, 4), Camera(RESPONSE, noise=0.002), seed=5)
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch, simulated):
-    """A folder with a blurred photo, its sharp truth and its PSF."""
-    monkeypatch.chdir(tmp_path)
-    write_photo(Path("photo.png"), simulated.photo)
-    write_photo(Path("sharp.png"), simulated.sharp)
-    write_psf(Path("psf.npy"), simulated.psf)
-
-
 def run(*arguments):
     return main([str(a) for a in arguments])
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, simulated):
+    """A folder with a blurred photo, its sharp truth, its PSF, its edges and its response."""
+    folder = tmp_path_factory.mktemp("made")
+    photo = folder / "photo.png"
+    write_photo(photo, simulated.photo)
+    write_photo(folder / "sharp.png", simulated.sharp)
+    write_psf(folder / "psf.npy", simulated.psf)
+    files = ["-o", folder / "camera.json", "--save-edges", folder / "edges.json"]
+    assert run("estimate", photo, "--blur-extent", 17, *files) == 0
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, made):
+    """A copy of that folder, in which the command runs."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
+    monkeypatch.chdir(tmp_path)
 
 
 def refused(capsys, *arguments):
@@ -65,7 +77,7 @@ def test_deblur_with_known_psf_sharpens_the_photo(simulated, capsys):
         "--report",
         "report.html",
         "--save-edges",
-        "edges.json",
+        "found.json",
     )
     assert code == 0
     sharp = psnr(read_photo(Path("out.png")), simulated.sharp)
@@ -73,17 +85,16 @@ def test_deblur_with_known_psf_sharpens_the_photo(simulated, capsys):
     assert sharp > psnr(simulated.photo, simulated.sharp) + 4
     assert "wrote out.png" in capsys.readouterr().out
     assert Path("report.html").stat().st_size > 10_000
-    assert json.loads(Path("edges.json").read_text())["edges"]
+    assert json.loads(Path("found.json").read_text())["edges"]
 
 
 def test_an_estimated_response_serves_other_photos(simulated):
-    assert run("estimate", "photo.png", "--blur-extent", 17, "-o", "camera.json") == 0
     content = json.loads(Path("camera.json").read_text())
     assert content["format"] == "crfdeblur-response"
     assert content["version"] == 1
     assert content["direction"] == "inverse"
     channel = content["channels"][0]
-    names = {"name", "intensity", "irradiance", "lower", "upper", "covered", "status"}
+    names = {"name", "intensity", "irradiance", "lower", "upper", "covered", "status", "findings"}
     assert names <= set(channel)
     assert run("deblur", "photo.png", "--psf", "psf.npy", "--response", "camera.json") == 0
     out = read_photo(Path("photo-deblurred.png"))
@@ -94,15 +105,29 @@ def test_several_photos_are_pooled():
     write_photo(Path("again.tif"), read_photo(Path("photo.png"))[::-1])
     assert run("estimate", "photo.png", "again.tif", "--blur-extent", 17, "-o", "one.json") == 0
     both = json.loads(Path("one.json").read_text())["channels"][0]["diagnostics"]
-    assert run("estimate", "photo.png", "--blur-extent", 17, "-o", "one.json") == 0
-    one = json.loads(Path("one.json").read_text())["channels"][0]["diagnostics"]
+    one = json.loads(Path("camera.json").read_text())["channels"][0]["diagnostics"]
     assert both["profiles"] > one["profiles"]
 
 
-@pytest.mark.parametrize("method", ["rank", "rank-all", "mean", "known-psf"])
-def test_every_estimator_can_be_named(method):
-    extra = ["--psf", "psf.npy"] if method == "known-psf" else []
-    assert run("estimate", "photo.png", "--method", method, "--blur-extent", 17, *extra) == 0
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["--method", "rank"],
+        ["--method", "rank-all"],
+        ["--method", "mean"],
+        ["--method", "known-psf", "--psf", "psf.npy"],
+        ["--method", "likelihood", "--psf", "psf.npy"],
+        ["--prior", "dorf"],
+        ["--prior", "SRGB", "--per-channel"],
+        ["--prior", "camera.json"],
+    ],
+    ids=" ".join,
+)
+def test_every_estimator_and_prior_can_be_named(arguments):
+    files = ["--edges", "edges.json", "-o", "other.json"]
+    assert run("estimate", "photo.png", "--blur-extent", 17, *files, *arguments) == 0
+    channels = json.loads(Path("other.json").read_text())["channels"]
+    assert len(channels) == (3 if "--per-channel" in arguments else 1)
 
 
 @pytest.mark.parametrize("method", ["hyper-laplacian", "irls", "richardson-lucy", "wiener"])
@@ -234,6 +259,12 @@ def test_a_response_file_that_is_none_is_refused(capsys, change, advice):
         (["deblur", "photo.png", "--report", "report.doc"], "kind of file"),
         (["estimate", "photo.png", "--method", "known-psf"], "--psf"),
         (["estimate", "photo.png", "-o", "out.txt"], "kind of file"),
+        (["estimate", "photo.png", "--method", "mean", "--psf", "psf.npy"], "leave out --psf"),
+        (["estimate", "photo.png", "--method", "rank", "--prior", "srgb"], "leave out --prior"),
+        (["estimate", "photo.png", "--prior", "digtal"], "no kind of camera: write digital"),
+        (["estimate", "photo.png", "--prior", "gone.json"], "no such file"),
+        (["deblur", "photo.png", "--response", "srgb", "--prior", "dorf"], "leave out --response"),
+        (["psf", "photo.png", "--response", "srgb", "--prior", "dorf"], "leave out --response"),
         (["demo", "-o", "photo.png/demo"], "folder"),
     ],
 )

@@ -21,9 +21,12 @@ from napari_crfdeblur.deconvolution import (
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line, Rectangle
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import (
+    Finding,
     GivenResponse,
     KnownPsf,
+    MaximumLikelihood,
     MeanProfile,
+    NoiseModel,
     PolynomialFit,
     RankMinimization,
     ResponseEstimate,
@@ -49,14 +52,17 @@ from napari_crfdeblur.profiles import (
 from napari_crfdeblur.psf import GivenPsf, PsfEstimate, PsfEstimator, PsfStatus, XuJia
 from napari_crfdeblur.response import (
     SRGB,
+    Cameras,
     Emor,
     Gamma,
     GeneralizedGamma,
     Identity,
     Polynomial,
     ResponseCurve,
+    ResponsePrior,
     Tabulated,
     Tuned,
+    around,
 )
 
 PACKAGE = "napari_crfdeblur."
@@ -64,6 +70,8 @@ RANDOM = np.random.default_rng(8)
 KERNEL = RANDOM.random((3, 5))
 TABLE = Tabulated(np.array([0, 0.1, 1 / 3, 1]), np.array([0, 0.35, 0.8, 1]))
 LEVELS = np.linspace(0, 1, 5)
+PRIOR = ResponsePrior(around(TABLE).mean, RANDOM.random((3, 1)) * around(Gamma(1.7)).directions[:3])
+NOISE = NoiseModel(floor=1e-3, mismatch=0.01, freedom=3.0)
 FIT = PolynomialFit(degree=4, boundary_weight=50.5, monotone_weight=3.25, resamples=7)
 OBJECTS = [
     Identity(),
@@ -74,6 +82,7 @@ OBJECTS = [
     Emor((1.5, -0.6, 0.1)),
     TABLE,
     Tuned(Tuned(TABLE, (0.01,)), (0.02, -0.01), 1.25),
+    PRIOR,
     Line((1.5, 2.0), (30.0, 4.25)),
     Rectangle(((1.0, 2.0), (3.0, 9.5), (8.0, 7.0), (6.0, 0.0))),
     Edge((3.5, 4.25), (40.0, 9.0), -1, 11.5, 0.3, EdgeStatus.CLIPPED),
@@ -100,6 +109,9 @@ OBJECTS = [
     RankMinimization(Tail.ALL, RowScale.BY_RANGE, FIT),
     MeanProfile(FIT),
     KnownPsf(KERNEL, 1.5, FIT),
+    MaximumLikelihood(Cameras.DORF, shift=0.2),
+    MaximumLikelihood(PRIOR, KERNEL, NOISE, 0.4),
+    NOISE,
     GivenResponse(Tuned(SRGB(), (0.1,), 0.9)),
     FIT,
     ResponseEstimate(
@@ -110,7 +122,10 @@ OBJECTS = [
         (0.1, 0.8),
         ResponseStatus.DOUBTFUL,
         {"objective": 1e-7},
+        (Finding.NARROW, Finding.UNSURE),
+        PRIOR,
     ),
+    GivenResponse(Gamma(1.5)).estimate(),
     HyperLaplacian(weight=1e-3, model_error=0.02, exponent=0.5, stages=5, steps=2),
     SparseIrls(weight=2e-3, model_error=0.02, exponent=0.9, iterations=3, steps=5),
     RichardsonLucy(iterations=12),
@@ -118,7 +133,9 @@ OBJECTS = [
 ]
 CHOICES = [
     choice
-    for kind in (Channels, EdgeStatus, PsfStatus, ResponseStatus, RowScale, Tail)
+    for kind in (
+        *(Cameras, Channels, EdgeStatus, Finding, PsfStatus, ResponseStatus, RowScale, Tail),
+    )
     for choice in kind
 ]
 
@@ -143,6 +160,10 @@ def same(a, b):
 @pytest.mark.parametrize("value", OBJECTS, ids=lambda v: type(v).__name__)
 def test_an_object_comes_back_as_it_was(value):
     assert same(again(value), value)
+
+
+def test_the_default_estimator_comes_back_as_it_was():
+    assert same(again(MaximumLikelihood()), MaximumLikelihood())
 
 
 @pytest.mark.parametrize("choice", CHOICES, ids=str)
@@ -329,6 +350,32 @@ def changed(value, **entries):
         changed(GivenPsf(KERNEL), psf=[[0.0, 1.0]]),
         changed(Line((0.0, 1.0), (2.0, 3.0)), end=[0.0, 1.0]),
         changed(Line((0.0, 1.0), (2.0, 3.0)), end=[0.0]),
+        changed(NOISE, floor=0.0),
+        changed(NOISE, freedom="1"),
+        changed(PRIOR, mean="gone"),
+        changed(PRIOR, mean=None),
+        changed(PRIOR, mean=to_record(LEVELS)),
+        changed(PRIOR, mean=to_record(PRIOR.mean[::-1])),
+        changed(PRIOR, mean=to_record(PRIOR.mean * nan)),
+        changed(PRIOR, directions=to_record(PRIOR.mean)),
+        changed(PRIOR, directions=to_record(PRIOR.directions[:, :9])),
+        changed(PRIOR, directions=to_record(PRIOR.directions + 1)),
+        changed(MaximumLikelihood(), prior=None),
+        changed(MaximumLikelihood(), prior="digital"),
+        changed(MaximumLikelihood(), prior=to_record(Tail.ALL)),
+        changed(MaximumLikelihood(), prior=to_record(Gamma(2.0))),
+        changed(MaximumLikelihood(), prior=[to_record(PRIOR)]),
+        changed(MaximumLikelihood(), psf=0.5),
+        changed(MaximumLikelihood(), noise=None),
+        changed(MaximumLikelihood(), shift=-1.0),
+        changed(GivenResponse(SRGB()).estimate(), findings=to_record(Finding.NARROW)),
+        changed(GivenResponse(SRGB()).estimate(), findings=[to_record(Tail.ALL)]),
+        changed(GivenResponse(SRGB()).estimate(), findings=["NARROW"]),
+        changed(GivenResponse(SRGB()).estimate(), findings=None),
+        changed(GivenResponse(SRGB()).estimate(), posterior=to_record(Cameras.SRGB)),
+        changed(GivenResponse(SRGB()).estimate(), posterior="gone"),
+        changed(Finding.NARROW, name="WIDE"),
+        changed(Cameras.DORF, name="FILM"),
         changed(PsfEstimate(KERNEL, PsfStatus.GOOD), diagnostics={"halves": "many"}),
         changed(Tail.ALL, name="MOST"),
         changed(Tail.ALL, name="gone"),
@@ -347,7 +394,7 @@ def changed(value, **entries):
         {"type": "dict", "items": [1]},
         {"type": "dict"},
     ],
-    ids=repr,
+    ids=lambda record: f"{record!r:.60}",
 )
 def test_a_damaged_record_is_refused_with_advice(record):
     with pytest.raises(CrfDeblurError, match=r"damaged \(.*mend the file"):

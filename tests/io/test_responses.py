@@ -1,12 +1,13 @@
 """Responses in JSON files: the format, the way back, and what is refused."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from napari_crfdeblur.errors import CrfDeblurError
-from napari_crfdeblur.estimate import ResponseEstimate, ResponseStatus
+from napari_crfdeblur.estimate import Finding, ResponseEstimate, ResponseStatus
 from napari_crfdeblur.io import read_responses, write_responses
 from napari_crfdeblur.io.responses import responses_content, responses_from
 from napari_crfdeblur.response import SRGB, Emor, Gamma, Polynomial
@@ -49,6 +50,27 @@ def test_the_format_is_the_documented_one(content):
     assert channel["name"] == "all"
     assert channel["covered"] == [0.13, 0.84]
     assert channel["status"] == "doubtful"
+
+
+def test_a_file_says_why_a_response_is_in_doubt(path, content):
+    assert content["channels"][0]["findings"] == []
+    doubts = (Finding.NARROW, Finding.UNSURE)
+    write_responses(path, [replace(an_estimate(), findings=doubts)])
+    (channel,) = json.loads(path.read_text(encoding="utf-8"))["channels"]
+    assert channel["findings"] == [
+        {"name": "narrow", "message": Finding.NARROW.value},
+        {"name": "unsure", "message": Finding.UNSURE.value},
+    ]
+
+
+@pytest.mark.parametrize("others", [{}, {"findings": None}, {"findings": [{"name": "new"}]}])
+def test_a_response_is_read_whatever_its_findings(path, content, others):
+    del content["channels"][0]["findings"]
+    content["channels"][0] |= others
+    path.write_text(json.dumps(content), encoding="utf-8")
+    (back,) = read_responses(path)
+    irradiance = an_estimate().curve.to_irradiance(INTENSITY)
+    np.testing.assert_array_equal(back.to_irradiance(INTENSITY), irradiance)
 
 
 def test_three_responses_are_named_by_their_channel(path):

@@ -8,11 +8,21 @@ from napari.components import ViewerModel
 from npe2 import PluginManager, PluginManifest
 
 from napari_crfdeblur import Session
+from napari_crfdeblur._napari.state import EdgeSet, Fitted
+from napari_crfdeblur.estimate import MaximumLikelihood, estimate_response
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, Simulated, simulate, street
 
 NAME = "napari-crfdeblur"
+VERBS = (
+    "detect_edges",
+    "estimate_response",
+    "linearize",
+    "estimate_psf",
+    "deconvolve",
+    "reapply",
+)
 
 
 @pytest.fixture
@@ -42,6 +52,49 @@ def blurred() -> Simulated:
     rows, columns = (side + reach - 1 for side, reach in zip((300, 420), psf.shape, strict=True))
     camera = Camera(Gamma(1.8), noise=0.003)
     return simulate(street((rows, columns), seed=1), psf, camera, seed=1)
+
+
+def on_street(blurred: Simulated) -> Session:
+    """A session of its own on that photo."""
+    viewer = ViewerModel()
+    return Session(viewer, viewer.add_image(blurred.photo, name="street"))
+
+
+@pytest.fixture(scope="session")
+def found(blurred: Simulated) -> EdgeSet:
+    """The edges of that photo, found once."""
+    return on_street(blurred).detect_edges()
+
+
+@pytest.fixture(scope="session")
+def fitted(found: EdgeSet) -> Fitted:
+    """The response estimated from them, once."""
+    estimate = estimate_response(found.groups, MaximumLikelihood())
+    return Fitted((estimate,), found.groups, found)
+
+
+@pytest.fixture(scope="session")
+def done(blurred: Simulated) -> Session:
+    """A session in which every step was done; not to be changed."""
+    session = on_street(blurred)
+    for verb in VERBS:
+        getattr(session, verb)()
+    return session
+
+
+@pytest.fixture(scope="session")
+def deblurred(blurred: Simulated) -> Session:
+    """A session in which all was done at once; not to be changed."""
+    session = on_street(blurred)
+    session.deblur()
+    return session
+
+
+@pytest.fixture
+def edged(session: Session, found: EdgeSet) -> Session:
+    """A session on that photo with its edges."""
+    session.commit(session.photo, session.state.with_edges(found))
+    return session
 
 
 @pytest.fixture

@@ -29,6 +29,12 @@ def dock(qtbot: QtBot, session: Session) -> BatchDock:  # noqa: ARG001 - widgets
     return BatchDock(session.viewer)
 
 
+@pytest.fixture(scope="module")
+def full(qapp: QApplication, done: Session) -> BatchDock:  # noqa: ARG001 - widgets need Qt
+    """The dock where there is all that can be exported."""
+    return BatchDock(done.viewer)
+
+
 def press(dock: Any, text: str) -> None:
     """Press the button that says so."""
     for widget in dock.native.findChildren(type(PushButton().native)):
@@ -87,14 +93,9 @@ def test_files_are_asked_for_and_deblurred(
 
 @pytest.mark.parametrize("what", EXPORTS)
 def test_everything_that_is_offered_can_be_exported(
-    qtbot: QtBot, session: Session, tmp_path: Path, what: str
+    qtbot: QtBot, full: BatchDock, tmp_path: Path, what: str
 ) -> None:
-    dock = BatchDock(session.viewer)
-    found = session.detect_edges().edges
-    session.set_edges(found[:30])
-    session.set_response(Gamma(1.8))
-    session.set_psf(line(5, 0.3))
-    session.restore()
+    dock = full
     for suffix in EXPORTS[what][1]:
         path = tmp_path / f"export{suffix}"
         dock.export(what, path, block=False)

@@ -51,7 +51,10 @@ def button(dock: BlurDock, text: str) -> Callable[[], Any]:
     return lambda: found.changed.emit(True)
 
 
-def test_the_button_estimates_what_the_script_estimates(qtbot: QtBot, dock: BlurDock) -> None:
+def test_the_button_estimates_what_the_script_estimates(
+    qtbot: QtBot, dock: BlurDock, blurred: Simulated
+) -> None:
+    dock.session.photo.data = blurred.photo[:150, :210]
     button(dock, "Estimate the PSF")()
     assert dock.busy
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
@@ -64,7 +67,7 @@ def test_the_dock_opens_in_a_viewer(
     qtbot: QtBot, make_napari_viewer_proxy: Any, blurred: Simulated
 ) -> None:
     viewer = make_napari_viewer_proxy()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo[:150, :210], name="street")
     dock = BlurDock(viewer)
     viewer.window.add_dock_widget(dock)
     dock.session.set_response(Gamma(1.8))

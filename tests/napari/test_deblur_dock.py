@@ -9,6 +9,7 @@ from pytestqt.qtbot import QtBot
 
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import DeblurDock
+from napari_crfdeblur.response import Cameras
 from napari_crfdeblur.simulate import Simulated
 
 LONG = 30000  # milliseconds: only a broken run takes as long
@@ -20,14 +21,12 @@ def dock(qtbot: QtBot, session: Session) -> DeblurDock:  # noqa: ARG001 - widget
 
 
 def test_the_button_gives_what_the_script_gives(
-    qtbot: QtBot, dock: DeblurDock, blurred: Simulated
+    qtbot: QtBot, dock: DeblurDock, deblurred: Session
 ) -> None:
     dock.run(block=False)
     assert dock.busy
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
-    viewer = ViewerModel()
-    other = Session(viewer, viewer.add_image(blurred.photo, name="street"))
-    other.deblur()
+    viewer = deblurred.viewer
     assert {layer.name for layer in dock.session.viewer.layers} == {
         layer.name for layer in viewer.layers
     }
@@ -36,10 +35,19 @@ def test_the_button_gives_what_the_script_gives(
         for one, two in zip(mine.data, layer.data, strict=True):
             np.testing.assert_array_equal(one, two)
         assert mine.metadata == layer.metadata
+    assert dock._message.value.count("response: ") == 1
 
 
 def test_a_blocking_run_returns_the_layer(dock: DeblurDock) -> None:
+    dock._response.chosen, dock._method.chosen = "gamma", "Wiener"  # the quickest
+    dock._extent.value = 5
     assert dock.run().name == "street [deblurred]"
+
+
+def test_what_is_assumed_of_the_camera_is_a_parameter_of_the_response(dock: DeblurDock) -> None:
+    assert dock._response.method.prior is Cameras.DIGITAL
+    dock._response.field("prior").value = Cameras.SRGB
+    assert dock._response.method.prior is Cameras.SRGB
 
 
 def test_a_cancelled_run_leaves_no_trace(qtbot: QtBot, dock: DeblurDock) -> None:

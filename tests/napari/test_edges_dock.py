@@ -22,6 +22,7 @@ from napari_crfdeblur._napari import steps
 from napari_crfdeblur._napari.docks import EdgesDock
 from napari_crfdeblur._napari.docks import edges as module
 from napari_crfdeblur._napari.docks.table import COLUMNS
+from napari_crfdeblur._napari.preferences import Preferences
 from napari_crfdeblur._napari.state import EdgeSet
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line
 from napari_crfdeblur.response import Gamma
@@ -277,8 +278,13 @@ class TestLiveEstimate:
         assert not started
 
     def test_a_failure_is_a_message(
-        self, filled: EdgesDock, settled: Callable[[EdgesDock], None]
+        self,
+        filled: EdgesDock,
+        settled: Callable[[EdgesDock], None],
+        monkeypatch: pytest.MonkeyPatch,
     ) -> None:
+        # The paper's method needs three edges of one orientation.
+        monkeypatch.setattr(module, "preferences", lambda: Preferences(response="rank"))
         filled._again.value = True
         filled.session.set_edges([OUTSIDE, UPRIGHT])
         settled(filled)

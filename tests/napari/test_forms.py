@@ -3,14 +3,22 @@
 from dataclasses import fields, is_dataclass
 from typing import Any
 
+import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
 from napari_crfdeblur._napari.docks import choices
 from napari_crfdeblur._napari.docks.forms import MethodForm, documented
 from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy
-from napari_crfdeblur.estimate import GivenResponse, RankMinimization, Tail
-from napari_crfdeblur.response import Gamma
+from napari_crfdeblur.estimate import (
+    GivenResponse,
+    MaximumLikelihood,
+    NoiseModel,
+    RankMinimization,
+    Tail,
+)
+from napari_crfdeblur.psf import line
+from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 
 OFFERED = {
     "fits": choices.fits(),
@@ -29,7 +37,7 @@ def form(methods: dict[str, Any], chosen: str | None = None) -> MethodForm:
 def test_an_untouched_form_gives_the_method_itself(qtbot: QtBot, family: str) -> None:  # noqa: ARG001
     methods = OFFERED[family]
     for name, method in methods.items():
-        assert form(methods, name).method == method
+        assert form(methods, name).method is method
 
 
 def test_a_changed_field_changes_the_method(qtbot: QtBot) -> None:  # noqa: ARG001
@@ -58,6 +66,33 @@ def test_methods_within_methods_have_controls_too(qtbot: QtBot) -> None:  # noqa
     shown.chosen = "gamma"
     shown.field("curve_exponent").value = 1.8
     assert shown.method == GivenResponse(Gamma(1.8))
+
+
+def test_a_known_response_starts_from_a_camera(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"likelihood": MaximumLikelihood(psf=line(5, 0.3))})
+    assert shown.field("prior").choices == tuple(Cameras)
+    shown.field("prior").value = Cameras.DORF
+    shown.field("noise_floor").value = 0.002
+    assert shown.method.prior is Cameras.DORF
+    assert shown.method.noise == NoiseModel(floor=0.002)
+    np.testing.assert_array_equal(shown.method.psf, line(5, 0.3))
+
+
+@pytest.mark.parametrize("psf", [None, line(5, 0.3)])
+def test_only_numbers_and_choices_have_controls(qtbot: QtBot, psf: Any) -> None:  # noqa: ARG001
+    method = MaximumLikelihood(around(SRGB()), psf=psf)
+    shown = MethodForm("method", {"likelihood": method}, "likelihood", "how", without=["noise"])
+    names = {control.name for control in shown._fields}
+    assert {"prior", "psf", "prior_mean"} & names == set()
+    assert "shift" in names
+
+
+def test_a_field_that_is_chosen_elsewhere_has_no_control(qtbot: QtBot) -> None:  # noqa: ARG001
+    method = MaximumLikelihood(Cameras.SRGB)
+    shown = MethodForm("method", {"one": method}, "one", "how", without=["prior", "noise_floor"])
+    assert next(control.name for control in shown._fields) == "noise_mismatch"
+    shown.field("shift").value = 0.4
+    assert shown.method.prior is Cameras.SRGB
 
 
 def test_a_value_that_a_method_does_not_take_is_an_error(qtbot: QtBot) -> None:  # noqa: ARG001

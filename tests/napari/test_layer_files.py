@@ -147,6 +147,21 @@ def test_the_picture_shows_the_band_of_the_file(tmp_path: Path) -> None:
     assert not np.array_equal(band, given)
 
 
+@pytest.mark.parametrize("status", ResponseStatus)
+def test_every_status_and_keys_of_later_versions_open(
+    tmp_path: Path, status: ResponseStatus
+) -> None:
+    path = tmp_path / "camera.json"
+    write_responses(path, [estimated(Gamma(2.2))])
+    shown = pixels_of(path)
+    content = json.loads(path.read_text())
+    content["channels"][0] |= {"status": status.name.lower(), "of a later version": ["ALIKE", 3]}
+    path.write_text(json.dumps(content | {"later": {}}))
+    banded = status is not ResponseStatus.GIVEN
+    assert np.array_equal(pixels_of(path)[..., 3], shown[..., 3])
+    assert np.array_equal(pixels_of(path), shown) == banded
+
+
 @pytest.mark.parametrize("damage", [{"lower": [0.0]}, {"covered": 3}, {"status": "unheard of"}])
 def test_a_band_that_makes_no_sense_is_left_out(tmp_path: Path, damage: dict[str, Any]) -> None:
     path = tmp_path / "camera.json"

@@ -12,45 +12,41 @@ from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import ResponseDock
 from napari_crfdeblur._napari.docks import response as module
 from napari_crfdeblur._napari.docks.base import SHADES
-from napari_crfdeblur._napari.docks.response import EARLIER, KNOWN_PSF, trust_in
+from napari_crfdeblur._napari.docks.response import EARLIER, KNOWN_PSF, KNOWN_PSF_EQ4, trust_in
 from napari_crfdeblur._napari.preferences import Preferences
-from napari_crfdeblur._napari.state import EdgeSet, Fitted
+from napari_crfdeblur._napari.state import MOST_DOUBTS, Fitted
 from napari_crfdeblur._napari.step import Level
 from napari_crfdeblur.estimate import (
+    Finding,
     GivenResponse,
     KnownPsf,
+    MaximumLikelihood,
     MeanProfile,
+    RankMinimization,
     ResponseEstimate,
     ResponseStatus,
-    estimate_response,
 )
-from napari_crfdeblur.io import write_photo, write_responses
+from napari_crfdeblur.io import to_record, write_photo, write_responses
+from napari_crfdeblur.io.responses import responses_content
 from napari_crfdeblur.psf import line
-from napari_crfdeblur.response import SRGB, Gamma, Identity, Tuned
-from napari_crfdeblur.simulate import Simulated
+from napari_crfdeblur.response import SRGB, Cameras, Gamma, Identity, Tuned
 
 pytestmark = pytest.mark.usefixtures("qapp")
 LEVELS = np.linspace(0, 1, 65)
 
 
-@pytest.fixture(scope="module")
-def found(blurred: Simulated) -> EdgeSet:
-    """The edges of the street, found once."""
-    viewer = ViewerModel()
-    return Session(viewer, viewer.add_image(blurred.photo, name="street")).detect_edges()
+@pytest.fixture
+def dock(edged: Session) -> ResponseDock:
+    """The dock on a photo with edges."""
+    return ResponseDock(edged.viewer)
 
 
 @pytest.fixture
-def dock(session: Session, found: EdgeSet) -> ResponseDock:
-    """The dock on a photo with edges."""
-    session.commit(session.photo, session.state.with_edges(found))
-    return ResponseDock(session.viewer)
-
-
-@pytest.fixture(scope="module")
-def fitted(found: EdgeSet) -> Fitted:
-    """The response estimated from them, once."""
-    return Fitted((estimate_response(found.groups, MeanProfile()),), found.groups, found)
+def few(dock: ResponseDock) -> ResponseDock:
+    """The dock on a photo with a few edges, for a quick estimate."""
+    good = [edge for edge in dock.session.state.edges.edges if edge.good]
+    dock.session.set_edges(good[:6])
+    return dock
 
 
 @pytest.fixture
@@ -83,10 +79,11 @@ def irradiance(curve: Any) -> Any:
     return curve.to_irradiance(LEVELS)
 
 
-def estimate(status: ResponseStatus) -> ResponseEstimate:
+def estimate(status: ResponseStatus, *findings: Finding) -> ResponseEstimate:
     curve = Gamma(2.0)
     band = irradiance(curve)
-    return ResponseEstimate(curve, LEVELS, band, band, (0.1, 0.9), status)
+    covered = (0.1, 0.9)
+    return ResponseEstimate(curve, LEVELS, band, band, covered, status, findings=findings)
 
 
 def a_file(path: Path, *curves: Any) -> Path:
@@ -98,7 +95,8 @@ def press(dock: ResponseDock, text: str) -> None:
     next(button for button in dock._buttons if button.text == text).changed.emit(True)
 
 
-def test_the_button_estimates_what_the_verb_does(dock, qtbot):
+def test_the_button_estimates_what_the_verb_does(few, qtbot):
+    dock = few
     by_verb = dock.session.estimate_response()
     press(dock, "Estimate the response")
     qtbot.waitUntil(lambda: not dock.busy, timeout=20000)
@@ -121,30 +119,120 @@ def test_the_method_of_the_settings_comes_first(viewer, monkeypatch):
     assert ResponseDock(viewer)._method.method == MeanProfile()
     monkeypatch.setattr(module, "preferences", lambda: Preferences(response="srgb"))
     dock = ResponseDock(viewer)
-    assert dock._method.chosen == "rank minimization"
+    assert dock._method.chosen == "maximum likelihood"
     assert dock._chosen() == SRGB()
 
 
-def test_the_known_psf_is_a_method_only_when_there_is_one(dock):
-    assert KNOWN_PSF not in dock._methods()
+def test_nothing_chosen_is_the_default(dock):
+    assert to_record(dock._fit()) == to_record(MaximumLikelihood())
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"), [(KNOWN_PSF, MaximumLikelihood), (KNOWN_PSF_EQ4, KnownPsf)]
+)
+def test_the_known_psf_is_a_method_only_when_there_is_one(few, name, kind):
+    dock = few
+    assert name not in dock._methods()
     with pytest.raises(ValueError, match="known PSF"):
-        dock._method.chosen = KNOWN_PSF
+        dock._method.chosen = name
     dock.session.set_psf(line(7, 0.4))
-    dock._method.chosen = KNOWN_PSF
-    method = dock._method.method
-    assert isinstance(method, KnownPsf)
-    np.testing.assert_array_equal(method.psf, dock.session.state.psf.psf)
-    few = [edge for edge in dock.session.state.edges.edges if edge.good][:3]
-    dock.session.set_edges(few)
+    dock._method.chosen = name
+    assert isinstance(dock._fit(), kind)
+    np.testing.assert_array_equal(dock._fit().psf, dock.session.state.psf.psf)
     assert dock.run().estimates[0].status is not ResponseStatus.GIVEN
     dock.session.photo = None
-    assert dock._method.chosen == "rank minimization"
+    assert dock._method.chosen == "maximum likelihood"
 
 
 def test_another_psf_leaves_the_fields_of_the_method(dock):
-    dock._method._fields["polynomial_degree"].value = 5
+    dock._method.field("shift").value = 0.5
     dock.session.set_psf(line(7, 0.4))
-    assert dock._method.method.polynomial.degree == 5
+    assert dock._fit().shift == 0.5
+
+
+@pytest.mark.parametrize("kind", Cameras)
+def test_the_kind_of_camera_reaches_the_method(few, kind):
+    few.assume(kind)
+    fitted = few.run()
+    method = few.session.state.actions[-1].arguments.get("method", MaximumLikelihood())
+    assert method.prior is kind
+    by_verb = few.session.estimate_response(MaximumLikelihood(kind))
+    np.testing.assert_array_equal(irradiance(fitted.curve), irradiance(by_verb.curve))
+
+
+def test_the_methods_of_the_paper_assume_no_camera(dock):
+    dock.native.show()
+    assert dock._camera.visible
+    dock.assume(Cameras.SRGB)
+    dock._method.chosen = "rank minimization"
+    assert not dock._camera.visible
+    assert dock._fit() == RankMinimization()
+    dock._method.chosen = "maximum likelihood"
+    assert dock._camera.visible
+    assert dock._fit().prior is Cameras.SRGB
+    dock.native.hide()
+
+
+def test_a_camera_close_to_that_of_a_file_can_be_assumed(dock, tmp_path, monkeypatch):
+    path = a_file(tmp_path / "phone.json", Gamma(1.7))
+    monkeypatch.setattr(module, "ask_open", lambda *_: path)
+    press(dock, "File...")
+    assert dock._camera.chosen == path
+    curve = dock._fit().prior.curve()
+    np.testing.assert_allclose(irradiance(curve), irradiance(Gamma(1.7)), atol=1e-3)
+    dock.session.viewer.add_image(np.zeros((20, 30)), name="other")
+    assert dock._camera.chosen == path
+    assert dock.session.state.fitted is None
+
+
+def test_a_file_that_is_no_single_response_is_not_assumed(dock, tmp_path, said):
+    three = a_file(tmp_path / "three.json", Gamma(1.7), Gamma(1.8), Gamma(1.9))
+    with pytest.raises(CrfDeblurError, match=r"three\.json.*one curve for all"):
+        dock.assume(three)
+    with pytest.raises(CrfDeblurError, match="nowhere"):
+        dock.assume(str(tmp_path / "nowhere.json"))
+    assert dock._camera.chosen is Cameras.DIGITAL
+    gone = a_file(tmp_path / "gone.json", Gamma(1.7))
+    dock.assume(gone)
+    gone.unlink()
+    dock.run(block=False)
+    assert "gone.json" in said[-1].text
+    assert said[-1].level is Level.ERROR
+
+
+def test_a_camera_close_to_that_of_a_layer_can_be_assumed(dock, blurred):
+    dock.session.set_response(Gamma(1.7))
+    light = dock.session.linearize()
+    assert light not in dock._camera.offered
+    dock.photo = dock.session.viewer.add_image(blurred.photo, name="other")
+    dock.assume(light)
+    curve = dock._fit().prior.curve()
+    np.testing.assert_allclose(irradiance(curve), irradiance(Gamma(1.7)), atol=1e-3)
+    light.metadata.clear()
+    with pytest.raises(CrfDeblurError, match="linear"):
+        dock.run()
+
+
+def test_long_names_of_layers_leave_the_dock_as_wide(dock, blurred):
+    dock.session.viewer.add_image(blurred.photo, name="other")
+    dock.photo = dock.session.viewer.layers["other"]
+    metadata = {
+        "napari-crfdeblur": {"response": responses_content([estimate(ResponseStatus.GOOD)])}
+    }
+    before = dock._camera.native.minimumSizeHint().width()
+    layer = dock.session.viewer.add_image(np.zeros((9, 7)), name="long " * 30, metadata=metadata)
+    assert layer in dock._camera.offered
+    assert dock._camera.native.minimumSizeHint().width() == before
+
+
+def test_what_another_photo_told_of_its_camera_can_be_assumed(estimated, blurred):
+    dock, first = estimated, estimated.photo
+    assert first not in dock._camera.offered
+    dock.photo = dock.session.viewer.add_image(blurred.photo[::-1], name="other")
+    dock.assume(first)
+    assert dock._fit().prior is dock.session.state_of(first).fitted.estimates[0].posterior
+    dock.photo = first
+    assert dock._camera.chosen is Cameras.DIGITAL
 
 
 def test_a_gray_photo_has_one_curve(dock, blurred):
@@ -155,13 +243,17 @@ def test_a_gray_photo_has_one_curve(dock, blurred):
     assert not dock._per_channel.value
 
 
-def test_each_channel_gets_its_curve_and_is_drawn(dock):
+def test_each_channel_gets_its_curve_and_is_drawn(few):
+    dock = few
     dock._per_channel.value = True
+    dock.assume(Cameras.SRGB)
     assert len(dock.run().estimates) == 3
+    assert dock.session.state.actions[-1].arguments["per_channel"]
     assert {"red", "green", "blue"} <= set(labels(dock))
 
 
-def test_a_further_photo_adds_its_edges(dock, blurred):
+def test_a_further_photo_adds_its_edges(few, blurred):
+    dock = few
     alone = len(dock.run().groups)
     other = dock.session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
     dock.others = [other]
@@ -170,7 +262,8 @@ def test_a_further_photo_adds_its_edges(dock, blurred):
     assert dock.others == []
 
 
-def test_a_further_photo_can_be_a_file(dock, blurred, tmp_path):
+def test_a_further_photo_can_be_a_file(few, blurred, tmp_path):
+    dock = few
     path = tmp_path / "other.png"
     write_photo(path, blurred.photo[:150, ::-1])
     dock.others = [path]
@@ -306,6 +399,7 @@ def test_a_loaded_curve_is_drawn_beside_until_it_is_dropped(dock, tmp_path):
         (ResponseStatus.GOOD, Level.INFO),
         (ResponseStatus.GIVEN, Level.INFO),
         (ResponseStatus.DOUBTFUL, Level.DOUBT),
+        (ResponseStatus.CANNOT_TELL, Level.DOUBT),
         (ResponseStatus.NOT_CONVERGED, Level.ERROR),
     ],
 )
@@ -320,6 +414,23 @@ def test_one_doubtful_channel_is_named():
     text, level = trust_in(Fitted((channels[0], channels[0], channels[1])), earlier=False)
     assert "(blue)" in text
     assert level is Level.DOUBT
+
+
+def test_the_first_reasons_stand_below_and_all_in_the_tooltip(dock):
+    own = (Finding.NARROW, Finding.UNSURE), (Finding.NARROW,), (Finding.ALIKE, Finding.MISFIT)
+    channels = tuple(estimate(ResponseStatus.CANNOT_TELL, *each) for each in own)
+    dock.session.commit(dock.photo, replace(dock.session.state, fitted=Fitted(channels)))
+    sentence, *why = dock._trust.value.split("<br>")
+    assert SHADES["dark"][Level.DOUBT] in sentence
+    assert ResponseStatus.CANNOT_TELL.value in sentence
+    assert len(why) == MOST_DOUBTS
+    assert Finding.NARROW.value in why[0]
+    assert Finding.UNSURE.value in why[1]
+    named = (Finding.NARROW, Finding.UNSURE, Finding.ALIKE, Finding.MISFIT)
+    assert dock._trust.tooltip == "\n".join(finding.value for finding in named)
+    dock.session.set_response(SRGB())
+    assert "<br>" not in dock._trust.value
+    assert not dock._trust.tooltip
 
 
 def test_an_estimate_from_earlier_edges_is_told(estimated):

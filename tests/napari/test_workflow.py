@@ -22,6 +22,7 @@ from napari_crfdeblur._napari.docks import (
 )
 from napari_crfdeblur._napari.docks.base import SHADES, Dock
 from napari_crfdeblur._napari.docks.plots import Plot
+from napari_crfdeblur._napari.state import State
 from napari_crfdeblur.simulate import Simulated
 
 LONG = 60000  # milliseconds: only a broken run takes as long
@@ -32,14 +33,6 @@ CLICKS = (
     (BlurDock, "Estimate the PSF"),
     (RestoreDock, "Deconvolve"),
     (RestoreDock, "Re-apply"),
-)
-VERBS = (
-    "detect_edges",
-    "estimate_response",
-    "linearize",
-    "estimate_psf",
-    "deconvolve",
-    "reapply",
 )
 
 
@@ -56,12 +49,14 @@ def pixels(viewer: Any, path: Path) -> np.ndarray:
     return np.asarray(viewer.screenshot(path, canvas_only=False, flash=False))
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
 def test_the_workflow_in_a_window_gives_the_numbers_of_the_script(
-    qtbot: QtBot, make_napari_viewer: Any, blurred: Simulated, tmp_path: Path, theme: str
+    qtbot: QtBot,
+    make_napari_viewer: Any,
+    blurred: Simulated,
+    done: Session,
+    tmp_path: Path,
 ) -> None:
     viewer = make_napari_viewer(show=True)
-    viewer.theme = theme
     viewer.window.resize(1300, 900)
     viewer.add_image(blurred.photo, name="street")
     docks = {kind: kind(viewer) for kind, _ in CLICKS}
@@ -71,19 +66,44 @@ def test_the_workflow_in_a_window_gives_the_numbers_of_the_script(
         docks[kind].native.parent().raise_()
         click(qtbot, docks[kind], text)
         qtbot.wait(100)  # plots are drawn one after the other
-        shown = pixels(viewer, tmp_path / f"{theme}-{text}.png")
+        shown = pixels(viewer, tmp_path / f"{text}.png")
         assert shown[..., :3].std() > 10, "the window is blank"
 
-    scripted = Session(ViewerModel())
-    scripted.photo = scripted.viewer.add_image(blurred.photo, name="street")
-    for verb in VERBS:
-        getattr(scripted, verb)()
-    for layer in scripted.viewer.layers:
+    for layer in done.viewer.layers:
         mine = viewer.layers[layer.name]
         np.testing.assert_array_equal(np.asarray(mine.data), np.asarray(layer.data))
         assert mine.metadata == layer.metadata
-    names = {layer.name for layer in scripted.viewer.layers}
+    names = {layer.name for layer in done.viewer.layers}
     assert {layer.name for layer in viewer.layers} == names
+
+
+@pytest.mark.parametrize("theme", ["dark", "light"])
+def test_what_was_found_is_shown_in_every_dock(
+    qtbot: QtBot,
+    make_napari_viewer: Any,
+    blurred: Simulated,
+    done: Session,
+    tmp_path: Path,
+    theme: str,
+) -> None:
+    viewer = make_napari_viewer(show=True)
+    viewer.theme = theme
+    viewer.window.resize(1300, 900)
+    photo = viewer.add_image(blurred.photo, name="street")
+    docks = [kind(viewer) for kind in (EdgesDock, ResponseDock, BlurDock, RestoreDock)]
+    for dock in docks:
+        viewer.window.add_dock_widget(dock, tabify=True)
+    found = done.state
+    docks[0].session.commit(
+        photo, State(found.edges, found.fitted, found.psf, actions=found.actions)
+    )
+    shown = []
+    for dock in docks:
+        dock.native.parent().raise_()
+        qtbot.wait(100)  # plots are drawn one after the other
+        shown.append(pixels(viewer, tmp_path / "shown.png"))
+        assert shown[-1][..., :3].std() > 10, "the window is blank"
+    assert not any(np.array_equal(shown[0], other) for other in shown[1:])
 
 
 def test_the_theme_changes_the_plots(

@@ -16,7 +16,8 @@ class Preferences:
     blur_extent : float or None
         Largest width of a blurred edge in pixels; None judges it from the photo.
     response : str
-        ``rank`` (rank minimization), ``mean`` (mean profile), ``gamma`` (2.2) or ``srgb``.
+        ``likelihood`` (maximum likelihood), ``rank`` (rank minimization), ``mean`` (mean
+        profile), ``gamma`` (2.2) or ``srgb``.
     deconvolution : str
         ``hyper-laplacian``, ``irls``, ``wiener`` or ``richardson-lucy``.
     compare : bool
@@ -26,7 +27,7 @@ class Preferences:
     """
 
     blur_extent: float | None = None
-    response: str = "rank"
+    response: str = "likelihood"
     deconvolution: str = "hyper-laplacian"
     compare: bool = False
     live: bool = True

@@ -166,7 +166,7 @@ class Session(Workspace):
         Parameters
         ----------
         method : ResponseFit, optional
-            By default :class:`~napari_crfdeblur.estimate.RankMinimization`.
+            By default :class:`~napari_crfdeblur.estimate.MaximumLikelihood`.
         per_channel : bool
             One response for each color channel.
         others : sequence of layers or files

@@ -6,7 +6,7 @@ from typing import Any
 from napari.layers import Image as ImageLayer
 
 from ..edges import Edge
-from ..estimate import ResponseEstimate
+from ..estimate import Finding, ResponseEstimate
 from ..linear import Response
 from ..pipeline import joint_curve
 from ..profiles import ProfileGroup
@@ -14,6 +14,7 @@ from ..psf import PsfEstimate
 from .layers import Region
 
 UNDO_DEPTH = 50
+MOST_DOUBTS = 2  # shown; the others in a tooltip
 REPLACED = {"set_edges", "set_response", "set_psf"}
 
 
@@ -82,6 +83,16 @@ class Fitted:
     def curve(self) -> Response:
         """The curve of all channels, or the curves of each."""
         return joint_curve(self.estimates)
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Why the response is in doubt, over all channels."""
+        return tuple(dict.fromkeys(f for own in self.estimates for f in own.findings))
+
+    @property
+    def doubts(self) -> list[str]:
+        """The first of the findings as lines for the user, who would not read more."""
+        return [f"• {finding.value}" for finding in self.findings[:MOST_DOUBTS]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -208,13 +208,15 @@ class Workspace:
     def say_trust(self, fitted: Fitted | None = None, psf: PsfEstimate | None = None) -> None:
         """Tell the user how far a response and a PSF can be trusted."""
         said, doubt = [], False
-        for estimate in fitted.estimates[:1] if fitted else ():
-            said.append(f"response: {estimate.status.value}")
-            doubt |= estimate.status not in (ResponseStatus.GOOD, ResponseStatus.GIVEN)
+        if fitted is not None:
+            statuses = list(dict.fromkeys(estimate.status for estimate in fitted.estimates))
+            said += [f"response: {status.value}" for status in statuses]
+            said += fitted.doubts
+            doubt |= not {*statuses} <= {ResponseStatus.GOOD, ResponseStatus.GIVEN}
         if psf is not None:
             said.append(f"PSF: {psf.status.value}")
             doubt |= psf.status is PsfStatus.DOUBTFUL
-        self.say(". ".join(said), Level.DOUBT if doubt else Level.INFO)
+        self.say("\n".join(said), Level.DOUBT if doubt else Level.INFO)
 
     def _required_photo(self) -> ImageLayer:
         if self._photo is None:

@@ -1,8 +1,10 @@
 """What the words of the command line stand for: responses, PSFs and methods."""
 
+from argparse import Namespace
 from collections.abc import Callable, Sequence
 from math import radians
 from pathlib import Path
+from typing import TypeAlias
 
 from .._typing import FloatArray
 from ..deconvolution import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
@@ -31,6 +33,9 @@ from ..psf import (
 )
 from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePrior, around
 
+Prior: TypeAlias = Cameras | ResponsePrior
+Fits: TypeAlias = ResponseFit | Sequence[ResponseFit]
+
 # Methods with a prior, whose weight allows for the errors of the PSF.
 PRIORS: dict[str, type[HyperLaplacian | SparseIrls | Wiener]] = {
     "hyper-laplacian": HyperLaplacian,
@@ -56,29 +61,56 @@ def known_response(text: str) -> tuple[ResponseCurve, ...]:
     return read_responses(Path(text))
 
 
-def camera_prior(text: str) -> Cameras | ResponsePrior:
-    """What ``--prior`` says of the camera: a kind, or curves near that of a response file."""
+def camera_priors(text: str | None, per_channel: bool) -> tuple[Prior, ...]:
+    """What ``--prior`` says of the camera, for all channels or for each.
+
+    A kind of camera, or curves near those of a response file.
+    """
+    if text is None:
+        return (Cameras.DIGITAL,)
     if text.upper() in Cameras.__members__:
-        return Cameras[text.upper()]
-    return around(read_responses(Path(text))[0])
+        return (Cameras[text.upper()],)
+    if not Path(text).suffix:
+        kinds = ", ".join(name.lower() for name in Cameras.__members__)
+        raise CrfDeblurError(f'"{text}" is no kind of camera: write {kinds}, or a response file')
+    curves = read_responses(Path(text))
+    if len(curves) > 1 and not per_channel:
+        raise CrfDeblurError(f"{text}: has a response for each channel: give --per-channel, too")
+    return tuple(map(around, curves))
 
 
-def response_fits(text: str, per_channel: bool, prior: str) -> ResponseFit | Sequence[ResponseFit]:
+def response_fits(arguments: Namespace) -> Fits:
     """Method for ``--response``, ``--prior`` and ``--per-channel``: estimation, or curves."""
-    fits: list[ResponseFit] = (
-        [MaximumLikelihood(camera_prior(prior))]
-        if text == "auto"
-        else [*map(GivenResponse, known_response(text))]
-    )
-    if per_channel and len(fits) == 1:
-        fits *= 3
-    return fits[0] if len(fits) == 1 else fits
+    if arguments.response == "auto":
+        return _likelihood(arguments, None)
+    if arguments.prior is not None:
+        raise CrfDeblurError("--prior is for a response that is estimated: leave out --response")
+    return _of_channels([*map(GivenResponse, known_response(arguments.response))], arguments)
 
 
-def fit_named(name: str, psf: Path | None, prior: str) -> ResponseFit:
-    """Method for ``estimate --method``, ``--psf`` and ``--prior``."""
+def fits_named(arguments: Namespace) -> Fits:
+    """Method for ``estimate --method``, ``--psf``, ``--prior`` and ``--per-channel``."""
+    name, psf = arguments.method, arguments.psf
     if name == "likelihood":
-        return MaximumLikelihood(camera_prior(prior), None if psf is None else read_psf(psf))
+        return _likelihood(arguments, None if psf is None else read_psf(psf))
+    if arguments.prior is not None:
+        raise CrfDeblurError(f"--method {name} assumes nothing of the camera: leave out --prior")
+    return _of_channels([_of_the_paper(name, psf)], arguments)
+
+
+def _likelihood(arguments: Namespace, psf: FloatArray | None) -> Fits:
+    priors = camera_priors(arguments.prior, arguments.per_channel)
+    return _of_channels([MaximumLikelihood(prior, psf) for prior in priors], arguments)
+
+
+def _of_channels(fits: Sequence[ResponseFit], arguments: Namespace) -> Fits:
+    """One method for all channels, or, if there are 3 or ``--per-channel``, one for each."""
+    if len(fits) > 1:
+        return fits
+    return [*fits] * 3 if arguments.per_channel else fits[0]
+
+
+def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
     if name == "known-psf":
         if psf is None:
             raise CrfDeblurError("--method known-psf needs the PSF: give --psf FILE")

@@ -17,13 +17,13 @@ from ..io import (
     psfs,
     read_edges,
     read_photo,
-    responses,
     write_edges,
     write_photo,
     write_psf,
     write_responses,
 )
 from ..io import edges as edge_files
+from ..io import responses as response_files
 from ..photo import check_photo
 from ..pipeline import (
     DeblurOptions,
@@ -41,12 +41,13 @@ from ..simulate import simulate as expose
 from .bar import run
 from .choices import (
     deconvolver,
-    fit_named,
+    fits_named,
     known_response,
     psf_estimator,
     response_fits,
     simulated_psf,
 )
+from .stored import StoredCamera, check_cameras, keep, stored_camera
 
 
 def demo(arguments: Namespace) -> None:
@@ -64,25 +65,27 @@ def deblur(arguments: Namespace) -> None:
     _check(output, images.WRITABLE, arguments)
     options = replace(
         _options(arguments),
-        response=response_fits(arguments.response, arguments.per_channel, arguments.prior),
+        response=response_fits(arguments),
         psf=psf_estimator(arguments.psf, arguments.psf_size),
         method=deconvolver(arguments.method, arguments.psf),
     )
     photo = _photo(arguments.photo)
-    result = run(deblurring(photo, options))
+    camera = _camera(arguments, photo)
+    result = run(deblurring(photo, _from(camera, options)))
+    responses = camera.told(result.responses) if camera else result.responses
     write_photo(output, result.photo, like=arguments.photo)
     report = Report(
         title=arguments.photo.name,
         photo=photo,
         edges=result.edges,
         groups=result.groups,
-        responses=result.responses,
+        responses=responses,
         psf=result.psf,
         sharp=result.photo,
     )
     _write_extras(arguments, report)
     _say_edges(result.edges)
-    _say_responses(result.responses)
+    _say_responses(responses, camera)
     _say_psf(result.psf)
     if result.clipped > 0.02:
         print(f"clipped: {result.clipped:.0%} of the deblurred values left the intensity range")
@@ -92,14 +95,21 @@ def deblur(arguments: Namespace) -> None:
 def estimate(arguments: Namespace) -> None:
     """``crfdeblur estimate``."""
     if arguments.output:
-        check_output(arguments.output, responses.SUFFIXES)
+        check_output(arguments.output, response_files.SUFFIXES)
     _check_extras(arguments)
+    check_cameras(arguments)
     if len(arguments.photos) > 1 and (arguments.edges or arguments.save_edges):
         raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
-    fit = fit_named(arguments.method, arguments.psf, arguments.prior)
-    method = [fit] * 3 if arguments.per_channel else fit
-    options = _options(arguments)
-    photos = [_photo(path) for path in arguments.photos]
+    options, method = _options(arguments), fits_named(arguments)
+    if arguments.cameras:
+        make_folder(arguments.cameras)
+    paths = arguments.photos
+    photos = [_photo(path) for path in paths]
+    camera = stored_camera(arguments, paths, photos)
+    if camera:
+        _say_camera(camera)
+        paths, photos = ([each[i] for i in camera.used] for each in (paths, photos))
+        method = camera.method(method)
     edges = [run(seeking_edges(photo, options)) for photo in photos]
     groups = [
         group
@@ -107,15 +117,18 @@ def estimate(arguments: Namespace) -> None:
         for group in run(gathering_profiles(method, photo, own, index))
     ]
     found = run(estimating_responses(groups, method))
+    found = camera.told(found) if camera else found
     if arguments.output:
         write_responses(arguments.output, found)
-    title = ", ".join(path.name for path in arguments.photos)
+    title = ", ".join(path.name for path in paths)
     _write_extras(arguments, Report(title, photos[0], edges[0], groups, found))
     for own in edges:
         _say_edges(own)
-    _say_responses(found)
+    _say_responses(found, camera)
     if arguments.output:
         print(f"wrote {arguments.output}")
+    if camera:
+        print(keep(camera, found[0]))
 
 
 def psf(arguments: Namespace) -> None:
@@ -124,16 +137,18 @@ def psf(arguments: Namespace) -> None:
     _check(output, psfs.SUFFIXES, arguments)
     options = replace(
         _options(arguments),
-        response=response_fits(arguments.response, arguments.per_channel, arguments.prior),
+        response=response_fits(arguments),
         psf=psf_estimator("auto", arguments.psf_size),
     )
     photo = _photo(arguments.photo)
-    found = run(finding_blur(photo, options))
+    camera = _camera(arguments, photo)
+    found = run(finding_blur(photo, _from(camera, options)))
+    responses = camera.told(found.responses) if camera else found.responses
     write_psf(output, found.psf.psf)
     title = arguments.photo.name
-    report = Report(title, photo, found.edges, found.groups, found.responses, found.psf)
+    report = Report(title, photo, found.edges, found.groups, responses, found.psf)
     _write_extras(arguments, report)
-    _say_responses(found.responses)
+    _say_responses(responses, camera)
     _say_psf(found.psf)
     print(f"wrote {output}")
 
@@ -186,6 +201,19 @@ def _photo(path: Path) -> Image:
     return photo
 
 
+def _camera(arguments: Namespace, photo: Image) -> StoredCamera | None:
+    """The stored camera of the photo; says what is known of it."""
+    camera = stored_camera(arguments, [arguments.photo], [photo])
+    if camera:
+        _say_camera(camera)
+    return camera
+
+
+def _from(camera: StoredCamera | None, options: DeblurOptions) -> DeblurOptions:
+    """The options with what is stored of the camera."""
+    return replace(options, response=camera.method(options.response)) if camera else options
+
+
 def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
     """Default name of a result, in a kind of file that can be written."""
     suffix = photo.suffix if photo.suffix.lower() in suffixes else ".png"
@@ -193,11 +221,12 @@ def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
 
 
 def _check(output: Path, suffixes: Sequence[str], arguments: Namespace) -> None:
-    """Refuse outputs that cannot be written, before any work."""
+    """Refuse outputs that cannot be written and options that contradict, before any work."""
     check_output(output, suffixes)
     if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
         raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
     _check_extras(arguments)
+    check_cameras(arguments)
 
 
 def _check_extras(arguments: Namespace) -> None:
@@ -214,16 +243,24 @@ def _write_extras(arguments: Namespace, report: Report) -> None:
         write_report(arguments.report, report)
 
 
+def _say_camera(camera: StoredCamera) -> None:
+    first, *others = camera.sentences()
+    print(first)
+    for sentence in others:
+        print(f"  {sentence}")
+
+
 def _say_edges(edges: Sequence[Edge]) -> None:
     if edges:
         print(f"edges: {sum(edge.good for edge in edges)} good of {len(edges)}")
 
 
-def _say_responses(found: Sequence[ResponseEstimate]) -> None:
+def _say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | None = None) -> None:
     names = ["response"] if len(found) == 1 else ["response R", "response G", "response B"]
     for name, one in zip(names, found, strict=True):
         low, high = one.covered
-        print(f"{name}: {one.status.value} (intensity {low:.2f} to {high:.2f})")
+        sentence = camera.verdict(one) if camera else one.status.value
+        print(f"{name}: {sentence} (intensity {low:.2f} to {high:.2f})")
         for finding in one.findings:
             print(f"  {finding.value}")
 

@@ -76,6 +76,7 @@ def _deblur(add: Add) -> None:
         "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
     )
     _prior(deblur)
+    _cameras(deblur)
     deblur.add_argument("--psf", default="auto", metavar="PSF", help=f"{PSF_HELP} (default: auto)")
     deblur.add_argument(
         "--method",
@@ -117,6 +118,7 @@ def _estimate(add: Add) -> None:
     )
     estimate.add_argument("--psf", type=Path, metavar="FILE", help="the PSF, if it is known")
     _prior(estimate)
+    _cameras(estimate)
     _edges(estimate)
     _report(estimate)
 
@@ -139,6 +141,7 @@ def _psf(add: Add) -> None:
         "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
     )
     _prior(psf)
+    _cameras(psf)
     _psf_size(psf)
     _edges(psf)
     _report(psf)
@@ -211,10 +214,24 @@ FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
 def _prior(command: ArgumentParser) -> None:
     command.add_argument(
         "--prior",
-        default="digital",
-        metavar="CAMERAS",
-        help="what is assumed of the camera: digital, dorf (film and digital), srgb, or a "
-        "response file of it or one like it (default: digital)",
+        metavar="KIND",
+        help="what is assumed of a camera of which nothing is stored: digital, dorf (film and "
+        "digital), srgb, or a response file of it or one like it (default: digital)",
+    )
+
+
+def _cameras(command: ArgumentParser) -> None:
+    command.add_argument(
+        "--cameras",
+        type=Path,
+        metavar="FOLDER",
+        help="stored cameras: start from what other photos have told of this one",
+    )
+    command.add_argument(
+        "--camera",
+        type=_name,
+        metavar="NAME",
+        help="name of the camera, with --cameras (default: what the photo says)",
     )
 
 
@@ -267,6 +284,13 @@ def _positive(text: str) -> float:
     if not 0 < value < float("inf"):
         raise ArgumentTypeError(f"expected a positive number, got {text}")
     return value
+
+
+def _name(text: str) -> str:
+    name = " ".join(text.split())
+    if not name:
+        raise ArgumentTypeError("expected the name of a camera, got none")
+    return name
 
 
 def _odd(text: str) -> int:

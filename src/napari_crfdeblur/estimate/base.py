@@ -23,8 +23,8 @@ class ResponseStatus(Enum):
         "brightness, or more photos of the same camera"
     )
     CANNOT_TELL = (
-        "the edges cannot tell the response: this is what is assumed of any camera; add edges "
-        "between areas of other brightness, or more photos of the same camera"
+        "the edges cannot tell the response: this is what was assumed of the camera before; add "
+        "edges between areas of other brightness, or more photos of the same camera"
     )
     NOT_CONVERGED = (
         "the search for the response did not converge: remove edges that are not straight "

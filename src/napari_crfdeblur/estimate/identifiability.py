@@ -52,9 +52,9 @@ def comparable(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
     return usable
 
 
-def contrasted(groups: Sequence[ProfileGroup]) -> list[ProfileGroup]:
+def contrasted(groups: Sequence[ProfileGroup], least: float = LEAST_CONTRAST) -> list[ProfileGroup]:
     """The profiles between sides that differ enough; groups left empty are dropped."""
-    masks = [np.abs(g.sides[:, 1] - g.sides[:, 0]) >= LEAST_CONTRAST for g in groups]
+    masks = [np.abs(g.sides[:, 1] - g.sides[:, 0]) >= least for g in groups]
     return [g.select(mask) for g, mask in zip(groups, masks, strict=True) if mask.any()]
 
 

@@ -1,5 +1,7 @@
-"""Photos, responses, PSFs and edges from and to files, and all that the stages know as JSON."""
+"""Photos, responses, cameras, PSFs and edges in files, and all that the stages know as JSON."""
 
+from .camera_keys import CameraKey, read_camera_key
+from .cameras import CameraRecord, CountedPhoto, camera_file, read_camera, write_camera
 from .edges import read_edges, write_edges
 from .files import check_folder, check_output, make_folder, write_text
 from .images import read_photo, write_photo
@@ -8,15 +10,22 @@ from .records import from_record, to_record
 from .responses import read_responses, write_responses
 
 __all__ = [
+    "CameraKey",
+    "CameraRecord",
+    "CountedPhoto",
+    "camera_file",
     "check_folder",
     "check_output",
     "from_record",
     "make_folder",
+    "read_camera",
+    "read_camera_key",
     "read_edges",
     "read_photo",
     "read_psf",
     "read_responses",
     "to_record",
+    "write_camera",
     "write_edges",
     "write_photo",
     "write_psf",

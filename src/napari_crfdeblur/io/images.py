@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._typing import Image
+from .._version import __version__
 from ..errors import CrfDeblurError
 from ..photo import ALPHA, color
 from .files import check_input, check_output, replacing
@@ -185,7 +186,7 @@ def _write_pillow(path: Path, photo: Image, like: Path | None) -> None:
 
 
 def _camera_data(like: Path | None) -> dict[str, Any]:
-    """Color profile and EXIF data of a file, marked upright; nothing for a TIFF or None."""
+    """Color profile and EXIF data of a file, marked upright and processed; none for a TIFF."""
     from PIL import Image as Pillow
     from PIL.ExifTags import Base
 
@@ -194,5 +195,7 @@ def _camera_data(like: Path | None) -> dict[str, Any]:
     with Pillow.open(like) as source:
         exif, profile = source.getexif(), source.info.get("icc_profile")
     exif.pop(Base.Orientation, None)
+    if len(exif):  # what is written is not what the camera wrote, whatever else they say
+        exif[Base.ProcessingSoftware] = f"napari-crfdeblur {__version__}"
     kept = {"exif": exif.tobytes()} if len(exif) else {}
     return kept | ({"icc_profile": profile} if profile else {})

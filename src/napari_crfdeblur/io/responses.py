@@ -18,7 +18,7 @@ SUFFIXES = (".json",)
 
 
 def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
-    """Write inverse responses with their bands as JSON, whole or not at all.
+    """Write inverse responses as JSON, whole or not at all: bands, status and findings, too.
 
     Parameters
     ----------
@@ -107,6 +107,7 @@ def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
         "covered": list(estimate.covered),
         "status": estimate.status.name.lower(),
         "message": estimate.status.value,
+        "findings": [{"name": f.name.lower(), "message": f.value} for f in estimate.findings],
         "diagnostics": {k: float(v) for k, v in estimate.diagnostics.items()},
     }
 

@@ -239,9 +239,13 @@ class Dock(Container[Widget]):
             self._stage.value = f"{title}: {progress.stage}" if progress else title
 
     def _say(self, message: Message) -> None:
-        shade = SHADES[get_theme(self.session.viewer.theme).type].get(message.level)
-        text = escape(message.text)
-        self._message.value = f'<span style="color: {shade}">{text}</span>' if shade else text
+        self._message.value = self.shaded(message.text, message.level)
+
+    def shaded(self, text: str, level: Level) -> str:
+        """A message as rich text, in the color of its level."""
+        shade = SHADES[get_theme(self.session.viewer.theme).type].get(level)
+        text = escape(text).replace("\n", "<br>")
+        return f'<span style="color: {shade}">{text}</span>' if shade else text
 
 
 def sentence() -> Label:

@@ -1,17 +1,19 @@
 """Forms for method objects: one control for each field, with the field's own documentation."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
 from inspect import cleandoc
-from typing import Any
+from types import NoneType
+from typing import Any, get_args, get_type_hints
 
 from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, SpinBox
 from magicgui.widgets.bases import ValueWidget, Widget
 from psygnal import Signal
 
 LARGEST = 1e6
+LABELS = {"prior": "camera"}  # where the name of a field is no word of the user
 
 
 class MethodForm(Container[Widget]):
@@ -27,6 +29,8 @@ class MethodForm(Container[Widget]):
         Name of the method to begin with.
     tooltip : str
         What is chosen here.
+    without : collection of str
+        Fields that get no control, since they are chosen elsewhere.
 
     Attributes
     ----------
@@ -36,10 +40,17 @@ class MethodForm(Container[Widget]):
 
     edited = Signal()
 
-    def __init__(self, label: str, methods: Mapping[str, Any], chosen: str, tooltip: str) -> None:
+    def __init__(
+        self,
+        label: str,
+        methods: Mapping[str, Any],
+        chosen: str,
+        tooltip: str,
+        without: Collection[str] = (),
+    ) -> None:
         super().__init__(labels=False)
         self.margins = (0, 0, 0, 0)
-        self._methods = dict(methods)
+        self._methods, self._without = dict(methods), frozenset(without)
         self._choice = ComboBox(label=label, choices=list(methods), value=chosen, tooltip=tooltip)
         self._more = CheckBox(
             text="parameters", value=False, tooltip="show the parameters of the method"
@@ -71,7 +82,7 @@ class MethodForm(Container[Widget]):
         method = self._methods[self.chosen]
         # Untouched fields keep what was given: the controls may show fewer digits of it.
         touched = {c.name: c.value for c in self._fields if c.value != self._shown[c.name]}
-        return None if method is None else _changed(method, touched)
+        return _changed(method, touched) if touched else method
 
     def field(self, name: str) -> ValueWidget[Any]:
         """The control of a field; those of a method within it are named ``outer_inner``."""
@@ -89,7 +100,7 @@ class MethodForm(Container[Widget]):
         self._fields.clear()
         method = self._methods[self.chosen]
         if method is not None:
-            self._fields.extend(_controls(method))
+            self._fields.extend(_controls(method, without=self._without))
         self._shown = {control.name: control.value for control in self._fields}
         for control in self._fields:
             control.changed.connect(self.edited.emit)
@@ -136,27 +147,32 @@ def documented(kind: type) -> dict[str, str]:
     }
 
 
-def _controls(method: Any, prefix: str = "") -> list[ValueWidget[Any]]:
+def _controls(
+    method: Any, prefix: str = "", without: Collection[str] = ()
+) -> list[ValueWidget[Any]]:
     """A control for each field of a method, those of nested methods included."""
-    described = documented(type(method))
+    described, hints = documented(type(method)), get_type_hints(type(method))
     controls = []
     for field in fields(method):
-        if not field.init:
-            continue
         value, name = getattr(method, field.name), prefix + field.name
+        if not field.init or name in without:
+            continue
         if is_dataclass(value):
-            controls += _controls(value, name + "_")
+            controls += _controls(value, name + "_", without)
         else:
             tooltip = described.get(field.name, field.name)
-            control = _control(name, value, "None" in str(field.type), tooltip)
+            control = _control(name, value, get_args(hints[field.name]), tooltip)
             controls += [] if control is None else [control]
     return controls
 
 
-def _control(name: str, value: Any, optional: bool, tooltip: str) -> ValueWidget[Any] | None:
+def _control(
+    name: str, value: Any, kinds: Collection[Any], tooltip: str
+) -> ValueWidget[Any] | None:
+    optional = NoneType in kinds
     options: dict[str, Any] = {
         "name": name,
-        "label": name.replace("_", " "),
+        "label": LABELS.get(name, name.replace("_", " ")),
         "tooltip": tooltip + (" (0: automatic)" if optional else ""),
     }
     if isinstance(value, bool):
@@ -166,7 +182,7 @@ def _control(name: str, value: Any, optional: bool, tooltip: str) -> ValueWidget
         return ComboBox(value=value, choices=choices, **options)
     if isinstance(value, int):
         return SpinBox(value=value, min=0, max=int(LARGEST), **options)
-    if isinstance(value, float) or (value is None and optional):
+    if isinstance(value, float) or (value is None and {int, float} & {*kinds}):
         step = 10 ** _magnitude(value) if value else 0.001
         return FloatSpinBox(value=value or 0, min=0, max=LARGEST, step=step, **options)
     return None

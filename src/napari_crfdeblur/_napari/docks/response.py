@@ -1,7 +1,7 @@
 """The response: estimated from the edges, given or tuned by hand; how far it can be trusted."""
 
 from collections.abc import Sequence
-from html import escape
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +9,8 @@ from magicgui.widgets import CheckBox, ComboBox, FloatSpinBox, Label, Select
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
-from napari.utils.theme import get_theme
 
-from ...estimate import KnownPsf, ResponseStatus
+from ...estimate import KnownPsf, MaximumLikelihood, ResponseFit, ResponseStatus
 from ...io import read_responses, write_responses
 from ...io.images import WRITABLE
 from ...io.responses import SUFFIXES, responses_from
@@ -19,14 +18,15 @@ from ...linear import Response
 from ...profiles import ProfileGroup
 from ...report import Report, draw_profiles, draw_response, move_curves, move_profiles
 from ...report.content import channel_names, direction, sentences
-from ...response import Gamma, ResponseCurve
+from ...response import Cameras, Gamma, ResponseCurve
 from ..layers import unwrapped
 from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted
 from ..step import Level, Message, Step
 from ..steps import estimating_response, setting_response
-from .base import SHADES, Dock, Followed, sentence
+from .base import Dock, Followed, sentence
+from .camera import CameraBox
 from .choices import PREFERRED, fits, given
 from .files import ask_open, ask_open_many, ask_save
 from .forms import MethodForm, tight
@@ -37,10 +37,11 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
 
-GAMMA, KNOWN_PSF = "gamma", "known PSF"
+GAMMA, KNOWN_PSF, KNOWN_PSF_EQ4 = "gamma", "known PSF", "known PSF, Eq. 4"
 LEAST_HEIGHT = 120  # pixels of a plot in a small window; all three grow with it
 SPACING = 4
 EARLIER = "estimated from earlier edges: estimate again"
+TRUSTED = {ResponseStatus.GOOD, ResponseStatus.GIVEN}
 NOTHING = "no response yet: estimate it from edges, load one, or use one that is known"
 
 
@@ -86,7 +87,7 @@ class ResponseDock(Dock):
         """The response estimated from the edges."""
         return estimating_response(
             self.session,
-            self._method.method,
+            self._fit(),
             per_channel=bool(self._per_channel.value),
             others=self.others,
         )
@@ -108,6 +109,13 @@ class ResponseDock(Dock):
         write_responses(Path(path), self.session.required_response().estimates)
         self.session.say(f"the response is saved in {Path(path).name}")
 
+    def assume(self, camera: Cameras | Layer | Path | str) -> None:
+        """Assume a kind of camera, or that it is close to the response of a layer or file."""
+        if isinstance(camera, str | Path):
+            self._camera.add_file(Path(camera))
+        else:
+            self._camera.chosen = camera if isinstance(camera, Cameras) else unwrapped(camera)
+
     def compare(self, path: Path | str | None) -> None:
         """Draw the response in a JSON file beside that of the photo; None draws no other."""
         curves = read_responses(Path(path)) if path else ()
@@ -121,6 +129,7 @@ class ResponseDock(Dock):
         super().refresh()
         self._others.reset_choices()
         self._known.reset_choices()
+        self._camera.refresh()
         photo = self.session.photo
         self._per_channel.enabled = photo is not None and bool(photo.rgb)
         if not self._per_channel.enabled:
@@ -134,7 +143,16 @@ class ResponseDock(Dock):
             methods,
             preferred if preferred in methods else next(iter(methods)),
             "how the response is found from the profiles across the edges",
+            without=["prior"],
         )
+        near = self.button(
+            "File...",
+            "assume that the camera is close to the response in a JSON file",
+            self._ask_assumed,
+        )
+        self._camera = CameraBox(self.session, near)
+        self._method.edited.connect(self._show_camera)
+        self._show_camera()
         self._per_channel = CheckBox(
             text="one curve per channel",
             value=False,
@@ -161,7 +179,14 @@ class ResponseDock(Dock):
             "find the curve that makes the profiles across the edges fall on one another",
             lambda: self.run(block=False),
         )
-        return [self._method, self._per_channel, self._pool, self._further_box, estimate]
+        return [
+            self._method,
+            self._camera,
+            self._per_channel,
+            self._pool,
+            self._further_box,
+            estimate,
+        ]
 
     def _giving(self) -> list[Widget]:
         preferred = PREFERRED[preferences().response]
@@ -236,8 +261,23 @@ class ResponseDock(Dock):
         self._tuning.end()
 
     def _methods(self) -> dict[str, Any]:
-        psf = self.session.state.psf
-        return fits() | ({} if psf is None else {KNOWN_PSF: KnownPsf(psf.psf)})
+        known = self.session.state.psf
+        if known is None:
+            return fits()
+        psf = known.psf
+        return fits() | {KNOWN_PSF: MaximumLikelihood(psf=psf), KNOWN_PSF_EQ4: KnownPsf(psf)}
+
+    def _fit(self) -> ResponseFit:
+        """The method with all that is chosen for it."""
+        method: ResponseFit = self._method.method
+        if isinstance(method, MaximumLikelihood):
+            return replace(method, prior=self._camera.prior)
+        return method
+
+    def _show_camera(self) -> None:
+        """The methods of the paper assume nothing of the camera."""
+        chosen = self._methods().get(self._method.chosen)
+        self._camera.visible = isinstance(chosen, MaximumLikelihood)
 
     def _offer_methods(self) -> None:
         self._method.offer(self._methods())
@@ -311,10 +351,9 @@ class ResponseDock(Dock):
 
     def _show_trust(self) -> None:
         """Say how far the response can be trusted, and what to do if it cannot."""
-        text, level = trust_in(self.session.state.fitted, self._earlier())
-        shade = SHADES[get_theme(self.session.viewer.theme).type].get(level)
-        text = escape(text)
-        self._trust.value = f'<span style="color: {shade}">{text}</span>' if shade else text
+        fitted = self.session.state.fitted
+        self._trust.value = self.shaded(*trust_in(fitted, self._earlier()))
+        self._trust.tooltip = "\n".join(f.value for f in fitted.findings) if fitted else ""
 
     def _earlier(self) -> bool:
         """Whether the edges have changed since the response was estimated from them."""
@@ -366,6 +405,11 @@ class ResponseDock(Dock):
     def _ask_files(self) -> None:
         self._add_files(ask_open_many(self.native, "Photos of the same camera", WRITABLE))
 
+    def _ask_assumed(self) -> None:
+        path = ask_open(self.native, "Camera response that is close", SUFFIXES)
+        if path is not None:
+            self.attempt(lambda: self.assume(path))
+
     def _ask_load(self) -> None:
         path = ask_open(self.native, "Camera response", SUFFIXES)
         if path is not None:
@@ -398,14 +442,15 @@ def trust_in(fitted: Fitted | None, earlier: bool) -> tuple[str, Level]:
     if fitted is None:
         return NOTHING, Level.INFO
     statuses = {estimate.status for estimate in fitted.estimates}
-    said = sentences(Report("", responses=fitted.estimates))
+    bare = [replace(estimate, findings=()) for estimate in fitted.estimates]
+    said = sentences(Report("", responses=bare))
     text = " ".join(f"{name}: {sentence}" for name, sentence in said.items())
+    text = "\n".join([text, *fitted.doubts])
     if ResponseStatus.NOT_CONVERGED in statuses:
         return text, Level.ERROR
     if earlier:
         return f"Response {EARLIER}.", Level.DOUBT
-    doubt = ResponseStatus.DOUBTFUL in statuses
-    return text, Level.DOUBT if doubt else Level.INFO
+    return text, Level.INFO if statuses <= TRUSTED else Level.DOUBT
 
 
 def _note(ax: "Axes", text: str) -> "Sequence[Artist]":

@@ -7,7 +7,8 @@ from pathlib import Path
 from napari.layers import Image as ImageLayer
 
 from ...errors import CrfDeblurError
-from ...estimate import GivenResponse, RankMinimization, ResponseFit
+from ...estimate import GivenResponse, MaximumLikelihood, ResponseFit
+from ...io import to_record
 from ...linear import Response
 from ...progress import Job, Progress
 from ...response import ResponseCurve
@@ -31,9 +32,10 @@ def estimating_response(
     edges = session.required_edges()
     further = [_other(session, other) for other in others]
     named = tuple(other.name for other in further)
-    fit = method or RankMinimization()
-    chosen = None if fit == RankMinimization() else fit
-    action = Action.of("estimate_response", method=chosen, per_channel=per_channel, others=named)
+    fit = method or MaximumLikelihood()
+    action = Action.of(
+        "estimate_response", method=unless_default(fit), per_channel=per_channel, others=named
+    )
 
     @at_once
     def finish(fitted: Fitted) -> Fitted:
@@ -43,6 +45,14 @@ def estimating_response(
 
     job = jobs.fitting_response(source, edges, [fit] * 3 if per_channel else fit, further)
     return Step("estimating the response", job, finish)
+
+
+def unless_default(fit: ResponseFit) -> ResponseFit | None:
+    """How the response was found, or None for the default, which needs no mention."""
+    if not isinstance(fit, MaximumLikelihood):
+        return fit
+    # Methods that hold arrays do not compare, but their records do.
+    return None if to_record(fit) == to_record(MaximumLikelihood()) else fit
 
 
 def setting_response(session: Workspace, curve: Response) -> Step[Fitted, Fitted]:

@@ -9,7 +9,7 @@ from napari.layers import Image as ImageLayer
 from ..._typing import FloatArray, Image
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
-from ...estimate import GivenResponse, RankMinimization, ResponseFit
+from ...estimate import GivenResponse, ResponseFit
 from ...linear import Response
 from ...pipeline import DeblurOptions, edges_needed, suited_deconvolver
 from ...progress import Job
@@ -21,6 +21,7 @@ from ..layers import Pairs, Region, Source, Span, pairs, stack_index, visible_pa
 from ..state import Action, EdgeSet, Fitted, Linear, Sharp, State
 from ..step import Effects, Step, at_once
 from ..workspace import Workspace
+from .response import unless_default
 
 NOT_LINEAR = "there is no photo in linear light yet: linearize it first"
 NOT_SHARP = "there is nothing deconvolved yet: deconvolve first"
@@ -232,9 +233,8 @@ def _whole_actions(options: DeblurOptions, found: EdgeSet | None, plane: Region)
     if len(given) == len(fits):
         actions += [Action.of("set_response", curve=given[0] if len(given) == 1 else given)]
     else:
-        changed = None if fits[0] == RankMinimization() else fits[0]
-        per_channel = len(fits) > 1
-        actions += [Action.of("estimate_response", method=changed, per_channel=per_channel)]
+        method, per_channel = unless_default(fits[0]), len(fits) > 1
+        actions += [Action.of("estimate_response", method=method, per_channel=per_channel)]
     if isinstance(options.psf, GivenPsf):
         actions += [Action.of("set_psf", psf=options.psf.psf)]
     else:

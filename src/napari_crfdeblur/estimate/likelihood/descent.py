@@ -2,13 +2,11 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from .model import State
-from .problem import Problem
+from .problem import Normal, Problem
 
 MOST_STEPS = 40
-MOST_TRIALS = 8  # of a damping for one step; each is ten times the last
+MOST_TRIALS = 8  # for one step: each ten times more damped, and half as long
 FIRST_DAMPING = 1e-3
 LEAST_DAMPING = 1e-9
 LEAST_GAIN = 1e-3  # of the objective, in which a standard deviation of the prior counts 1/2
@@ -16,10 +14,23 @@ LEAST_GAIN = 1e-3  # of the objective, in which a standard deviation of the prio
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Descent:
-    """End of a search: the state, the value of the objective, whether it has settled."""
+    """End of a search.
+
+    Parameters
+    ----------
+    state : State
+        Where it ended.
+    value : float
+        The objective there.
+    normal : Normal
+        Normal equations of the last step, which hardly moved if the search has settled.
+    settled : bool
+        Whether it has.
+    """
 
     state: State
     value: float
+    normal: Normal
     settled: bool
 
 
@@ -28,15 +39,16 @@ def descend(problem: Problem, state: State, steps: int = MOST_STEPS) -> Descent:
     value, damping = problem.value(state), FIRST_DAMPING
     for _ in range(steps):
         normal = problem.normal(state)
-        for tried in damping * 10.0 ** np.arange(MOST_TRIALS):
-            proposed = normal.step(state, tried)
+        for trial in range(MOST_TRIALS):
+            tried = damping * 10**trial
+            proposed = normal.step(state, tried, 0.5**trial)
             reached = problem.value(proposed)
             if reached < value:
                 break
         else:
-            return Descent(state, value, settled=True)
+            return Descent(state, value, normal, settled=True)
         damping = max(tried / 10, LEAST_DAMPING)
         state, gain, value = proposed, value - reached, reached
         if gain < LEAST_GAIN:
-            return Descent(state, value, settled=True)
-    return Descent(state, value, settled=False)
+            return Descent(state, value, normal, settled=True)
+    return Descent(state, value, normal, settled=False)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..._typing import BoolArray, FloatArray
+from ..._typing import BoolArray, FloatArray, Image
 from ...profiles.base import ProfileGroup
 
 
@@ -29,7 +29,7 @@ class EdgeGroup:
     intensity: FloatArray
     variance: FloatArray
     present: BoolArray
-    edges: FloatArray
+    edges: Image
 
     @classmethod
     def of(cls, group: ProfileGroup) -> "EdgeGroup":
@@ -64,8 +64,8 @@ class EdgeGroup:
         """Number of samples of each edge, sides included, shape (E,)."""
         return np.asarray(self.present.sum(axis=1) * float(self.intensity.shape[2]))
 
-    def select(self, edges: BoolArray) -> "EdgeGroup":
-        """Only some of the edges."""
+    def select(self, edges: Image) -> "EdgeGroup":
+        """Only some of the edges, by their numbers here."""
         return EdgeGroup(
             self.group,
             self.intensity[edges],

@@ -1,8 +1,8 @@
 """What profiles are made of: a response, a shape for each group, two sides for each profile.
 
-In linear light, channel `c` of edge `e` is ``l + w (s(x) + sum_k a_k phi_k(x))``: offset `l` and
-range `w` of its own, the shape `s` of its group, and small deviations `a` of the edge, shared
-by its channels: an edge that lies `a` pixels from where it was located sees ``s(x + a)``.
+In linear light, channel `c` of edge `e` is ``l + w s(x + a)``: offset `l` and range `w` of its
+own, the shape `s` of its group, and a small shift `a`, since edges do not lie just where they
+were located, nor the channels of an edge just on each other. To first order in `a`.
 """
 
 from collections.abc import Sequence
@@ -27,13 +27,13 @@ class GroupState:
         Edge spread `s` at the positions of the group.
     light : ndarray, shape (E, C, 2)
         Offset `l` and range `w` of each profile, in linear light.
-    deviation : ndarray, shape (E, K)
-        Deviations of each edge: its shift in pixels.
+    shift : ndarray, shape (E, C)
+        How far each profile lies beside its place, pixels.
     """
 
     shape: FloatArray
     light: FloatArray
-    deviation: FloatArray
+    shift: FloatArray
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -52,25 +52,24 @@ class Prediction:
     ----------
     light : ndarray, shape (E, C, M + 2)
         Of each sample and of the two sides.
-    spread : ndarray, shape (E, 1, M + 2)
-        Edge spread of each edge; 0 and 1 on its sides.
-    modes : ndarray, shape (K, M + 2)
-        How the spread follows the deviations.
+    spread : ndarray, shape (E, C, M + 2)
+        Edge spread of each profile; 0 and 1 on its sides.
+    slope : ndarray, shape (M + 2,)
+        Change of the spread with the shift.
     """
 
     light: FloatArray
     spread: FloatArray
-    modes: FloatArray
+    slope: FloatArray
 
 
 def predict(group: EdgeGroup, state: GroupState) -> Prediction:
     """Light of all profiles of a group."""
-    slope = np.gradient(state.shape, group.step)
-    modes = np.concatenate([slope, [0.0, 0.0]])[np.newaxis]
+    slope = np.concatenate([np.gradient(state.shape, group.step), [0.0, 0.0]])
     shape = np.concatenate([state.shape, [0.0, 1.0]])
-    spread = (shape + state.deviation @ modes)[:, np.newaxis]
+    spread = shape + state.shift[..., np.newaxis] * slope
     light = state.light[..., :1] + state.light[..., 1:] * spread
-    return Prediction(light, spread, modes)
+    return Prediction(light, spread, slope)
 
 
 def initial(groups: Sequence[EdgeGroup], family: Family) -> State:
@@ -86,6 +85,4 @@ def _initial(group: EdgeGroup, family: Family) -> GroupState:
     rows = (light[..., :-2] - offset[..., np.newaxis]) / change[..., np.newaxis]
     weight = np.where(group.present, change**2, 0.0)
     shape = np.einsum("ec,ecm->m", weight, rows) / weight.sum()
-    return GroupState(
-        shape, np.stack([offset, change], axis=-1), np.zeros((len(group.intensity), 1))
-    )
+    return GroupState(shape, np.stack([offset, change], axis=-1), np.zeros_like(offset))

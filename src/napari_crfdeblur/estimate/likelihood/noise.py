@@ -28,7 +28,7 @@ class NoiseModel:
         fits badly hardly counts.
     """
 
-    floor: float = 5e-4
+    floor: float = 1e-3
     mismatch: float = 0.0
     freedom: float = 1.0
 

@@ -12,6 +12,9 @@ from .problem import Normal
 SAMPLES = 129  # intensities at which the error to expect is judged
 # Slope of the response, as a share of its mean, below which the irradiance is not resolved.
 LEAST_GAIN = 0.02
+# By how much the variance is larger than computed: no camera is drawn from a normal
+# distribution, nor is its response a sum of a few curves.
+WIDENED = 2.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,13 +38,15 @@ class Posterior:
     def of(cls, prior: ResponsePrior, coefficients: FloatArray, normal: Normal) -> "Posterior":
         """Inverse Hessian, and the scatter of the edges: what the model expects and what is.
 
-        The sum of both errs on the safe side: the first knows no wrong model, the second no
-        direction of which no edge speaks.
+        The first knows no wrong model, the second no direction of which no edge speaks. Their
+        sum is widened as the truth of simulated and real responses demands, but not beyond
+        the prior.
         """
         inverse = np.linalg.inv(normal.hessian)
         scores = normal.scores
         scatter = inverse @ (scores.T @ scores) @ inverse
-        return cls(prior, coefficients, inverse + scatter)
+        sizes, axes = np.linalg.eigh(WIDENED * (inverse + scatter))
+        return cls(prior, coefficients, (axes * np.minimum(sizes, 1)) @ axes.T)
 
     @classmethod
     def before(cls, prior: ResponsePrior) -> "Posterior":

@@ -2,9 +2,9 @@
 
 Minimized is half of ::
 
-    sum_ecm u_ecm (I_ecm - f(E_ecm))^2 + |c|^2 + sum_e (a_e / tau)^2 + penalty(c)
+    sum_ecm u_ecm (I_ecm - f(E_ecm))^2 + |c|^2 + sum_e a_e' P a_e + penalty(c)
 
-over the response, shapes, sides and deviations. Residuals are those of the recorded intensity,
+over the response, shapes, sides and shifts. Residuals are those of the recorded intensity,
 so that no change of variables enters. Every edge has unknowns of its own, every group a shape:
 they are eliminated one after the other (Schur complements), down to the few coefficients `c`.
 """
@@ -42,6 +42,27 @@ class Expected:
     precision: float
 
 
+@dataclass(frozen=True, slots=True)
+class Shift:
+    """How far profiles lie beside their places, as standard deviations in pixels.
+
+    Parameters
+    ----------
+    edge : float
+        Of an edge, with all its channels.
+    channel : float
+        Of one channel of an edge besides: lenses and sensors do not register channels exactly.
+    """
+
+    edge: float
+    channel: float
+
+    def precision(self, channels: int) -> FloatArray:
+        """Inverse covariance `P` of the shifts of the channels of an edge, shape (C, C)."""
+        covariance = self.channel**2 * np.eye(channels) + self.edge**2
+        return np.linalg.inv(covariance)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Problem:
     """Profiles, how much each sample counts, and what is known beforehand.
@@ -54,8 +75,8 @@ class Problem:
         The profiles.
     weights : sequence of ndarray, shape (E, C, M + 2)
         `u` of each group: inverse variance of each sample, 0 where there is none.
-    shift : float
-        Standard deviation `tau` of the shift of an edge, pixels.
+    shift : Shift
+        How far profiles lie beside their places.
     expected : sequence of Expected or None
         Shape of each group, if the PSF is known.
     """
@@ -63,7 +84,7 @@ class Problem:
     prior: ResponsePrior
     groups: Sequence[EdgeGroup]
     weights: Sequence[FloatArray]
-    shift: float
+    shift: Shift
     expected: Sequence[Expected | None]
 
     def family(self, state: State) -> Family:
@@ -84,7 +105,8 @@ class Problem:
         total = float(state.coefficients @ state.coefficients)
         total += sum(float(misfit.sum()) for misfit in self.misfits(state))
         for own, known in zip(state.groups, self.expected, strict=True):
-            total += float(np.sum(own.deviation**2)) / self.shift**2
+            precision = self.shift.precision(own.shift.shape[1])
+            total += float(np.einsum("ec,cd,ed->", own.shift, precision, own.shift))
             if known is not None:
                 total += known.precision * float(np.sum((own.shape - known.shape) ** 2))
         return total / 2 + self.family(state).penalty(MONOTONE_WEIGHT)[0]
@@ -121,23 +143,23 @@ class Problem:
         gain = exposure.gain * root
         by_response = exposure.sensitivity * root[..., np.newaxis]
         by_spread = gain * own.light[..., 1:]
-        # An edge's own unknowns: l and w of each channel, then its deviations.
-        own_size = 2 * channels + len(found.modes)
+        # An edge's own unknowns: l, w and shift of each channel.
+        own_size = 3 * channels
         by_own = np.zeros((edges, channels, samples, own_size))
         for c in range(channels):
-            by_own[:, c, :, 2 * c] = gain[:, c]
-            by_own[:, c, :, 2 * c + 1] = gain[:, c] * found.spread[:, 0]
-        by_own[..., 2 * channels :] = by_spread[..., np.newaxis] * found.modes.T
+            by_own[:, c, :, 3 * c] = gain[:, c]
+            by_own[:, c, :, 3 * c + 1] = gain[:, c] * found.spread[:, c]
+            by_own[:, c, :, 3 * c + 2] = by_spread[:, c] * found.slope
         flat = by_own.reshape(edges, -1, own_size).transpose(0, 2, 1)
         # Only sample m of a profile follows the shape at m.
         spread_part = by_spread[..., :count]
         cross = np.einsum("ecml,ecm->elm", by_own[:, :, :count], spread_part)
-        prior = np.full(own_size, RIDGE)
-        prior[2 * channels :] = 1 / self.shift**2
+        precision = self.shift.precision(channels)
         square = flat @ flat.transpose(0, 2, 1)
-        square[:, range(own_size), range(own_size)] += prior
+        square[:, range(own_size), range(own_size)] += RIDGE
+        square[:, 2::3, 2::3] += precision
         slope = (flat @ residual.reshape(edges, -1, 1))[..., 0]
-        slope[:, 2 * channels :] += own.deviation / self.shift**2
+        slope[:, 2::3] += own.shift @ precision
         others = np.concatenate(
             [flat @ by_response.reshape(edges, -1, size), cross, slope[..., np.newaxis]], axis=2
         )
@@ -199,16 +221,15 @@ class GroupNormal:
     shape: FloatArray
     own: FloatArray
 
-    def moved(self, state: GroupState, change: FloatArray) -> GroupState:
-        """The state of the group after a change of the coefficients, shape (n,)."""
+    def moved(self, state: GroupState, change: FloatArray, share: float) -> GroupState:
+        """The state after `share` of the step that goes with a change of the coefficients."""
         shape = -(self.shape[:, -1] + self.shape[:, :-1] @ change)
         all_changes = np.concatenate([change, shape])
-        own = -(self.own[..., -1] + self.own[..., :-1] @ all_changes)
-        channels = state.light.shape[1]
+        own = -share * (self.own[..., -1] + self.own[..., :-1] @ all_changes)
+        shape = share * shape
+        own = own.reshape(*state.shift.shape, 3)
         return GroupState(
-            state.shape + shape,
-            state.light + own[:, : 2 * channels].reshape(state.light.shape),
-            state.deviation + own[:, 2 * channels :],
+            state.shape + shape, state.light + own[..., :2], state.shift + own[..., 2]
         )
 
 
@@ -227,14 +248,16 @@ class Normal:
     gradient: FloatArray
     groups: tuple[GroupNormal, ...]
 
-    def step(self, state: State, damping: float) -> State:
-        """The state after a damped Gauss-Newton step (Levenberg and Marquardt)."""
+    def step(self, state: State, damping: float, share: float) -> State:
+        """The state after a share of a damped Gauss-Newton step (Levenberg and Marquardt).
+
+        Damped are the coefficients; the share shortens the step of all that was eliminated, too.
+        """
         damped = self.hessian + damping * np.diag(np.diag(self.hessian))
         change = -np.linalg.solve(damped, self.gradient)
-        moved = (
-            part.moved(own, change) for part, own in zip(self.groups, state.groups, strict=True)
-        )
-        return State(state.coefficients + change, tuple(moved))
+        parts = zip(self.groups, state.groups, strict=True)
+        moved = tuple(part.moved(own, change, share) for part, own in parts)
+        return State(state.coefficients + share * change, moved)
 
     @property
     def scores(self) -> FloatArray:

@@ -14,21 +14,42 @@ from .search import Found
 FEW = 6  # edges
 # Root mean square of the residuals in units of the noise beyond which profiles are no steps.
 LARGEST_MISFIT = 10.0
-# Error to expect of a good estimate, in irradiance after alignment, and the share of the
-# prior's beyond which the edges have added nothing.
+# Error to expect of a good estimate, in irradiance after alignment.
 GOOD_ERROR = 0.006
+# Share of the prior's error to expect beyond which the edges have added too little to leave it.
 NOTHING_ADDED = 0.75
+# Coefficients, in standard deviations of what earlier photos told, beyond which a photo
+# contradicts them: their root mean square over the directions of which the edges speak.
+CONTRADICTS = 3.0
 
 
-def judged(found: Found, groups: Sequence[ProfileGroup]) -> ResponseEstimate:
-    """The estimate of a search; the prior where the edges add nothing to it."""
+def judged(
+    found: Found, groups: Sequence[ProfileGroup], *, seen: bool, agree: bool
+) -> ResponseEstimate:
+    """The estimate of a search; the prior where the edges add nothing to it.
+
+    Parameters
+    ----------
+    found : Found
+        The search.
+    groups : sequence of ProfileGroup
+        The profiles it was given.
+    seen : bool
+        Whether the prior comes from this camera itself, so that little is added by each photo.
+    agree : bool
+        Whether the photos, if there are several, agree with each other.
+    """
     prior = found.problem.prior
     covered = covered_range(groups)
     before = Posterior.before(prior)
     after = Posterior.of(prior, found.state.coefficients, found.normal)
     error, known = after.expected_error(covered), before.expected_error(covered)
-    findings = _findings(found, covered, error)
-    told = error < NOTHING_ADDED * known
+    doubts = {
+        **_doubts(found, covered, error),
+        Finding.CONTRADICTION: not agree or (seen and _surprise(found) > CONTRADICTS),
+    }
+    findings = tuple(finding for finding, true in doubts.items() if true)
+    told = error < (1.0 if seen else NOTHING_ADDED) * known
     status = _status(found, told, findings)
     chosen = after if told else before
     intensity = np.linspace(0, 1, BAND_SAMPLES)
@@ -63,16 +84,23 @@ def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> Response
     return ResponseStatus.DOUBTFUL if findings else ResponseStatus.GOOD
 
 
-def _findings(found: Found, covered: tuple[float, float], error: float) -> tuple[Finding, ...]:
+def _doubts(found: Found, covered: tuple[float, float], error: float) -> dict[Finding, bool]:
+    """What speaks against a response, and whether it is so."""
     known = any(expected is not None for expected in found.problem.expected)
-    doubts = {
+    return {
         Finding.FEW_EDGES: sum(len(g.edges) for g in found.problem.groups) < FEW and not known,
         Finding.NARROW: covered[1] - covered[0] < LEAST_COVERED,
         Finding.ALIKE: _apart(found) < LEAST_COLLINEARITY and not known,
         Finding.MISFIT: found.misfit > LARGEST_MISFIT,
         Finding.UNSURE: error > GOOD_ERROR,
     }
-    return tuple(finding for finding, true in doubts.items() if true)
+
+
+def _surprise(found: Found) -> float:
+    """Size of the coefficients in standard deviations of the prior, where edges speak."""
+    inverse = np.linalg.inv(found.normal.hessian)
+    spoken = max(float(np.trace(np.eye(len(inverse)) - inverse)), 1.0)
+    return float(np.linalg.norm(found.state.coefficients) / np.sqrt(spoken))
 
 
 def _apart(found: Found) -> float:
