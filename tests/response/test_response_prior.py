@@ -184,7 +184,6 @@ def test_a_covariance_of_one_leaves_the_family_as_it_is(prior):
     np.testing.assert_allclose(covariance(same), covariance(prior), atol=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="the directions come in the order of what is not known")
 @each_prior
 def test_the_main_directions_of_a_narrowed_family_come_first(prior):
     # As the search, which starts along the first, relies on.

@@ -47,8 +47,8 @@ class Finding(Enum):
     )
     UNSURE = "what the edges say leaves a wide band"
     CONTRADICTION = (
-        "the photos contradict each other: they are not of one camera in one picture style; "
-        "estimate them apart"
+        "the photos contradict each other, or what was known of the camera: they are not of one "
+        "camera in one picture style; estimate them apart"
     )
 
 

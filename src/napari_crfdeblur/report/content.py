@@ -78,7 +78,8 @@ def sentences(report: Report) -> dict[str, str]:
     """How far each part can be trusted, in words."""
     found: dict[str, list[str]] = {}
     for name, estimate in zip(channel_names(len(report.responses)), report.responses, strict=False):
-        found.setdefault(estimate.status.value, []).append(name)
+        reasons = [finding.value for finding in estimate.findings]
+        found.setdefault("; ".join([estimate.status.value, *reasons]), []).append(name)
     said = {}
     for status, names in found.items():
         which = f" ({', '.join(names)})" if len(found) > 1 else ""

@@ -50,7 +50,7 @@ class ResponsePrior:
                     f"expected finite {name} at {NODES.size} values of irradiance, "
                     f"got shape {values.shape}"
                 )
-        if self.mean.ndim != 1 or self.directions.ndim != 2:
+        if self.mean.ndim != 1 or self.directions.ndim != 2 or len(self.directions) == 0:
             raise ValueError("expected one mean curve, and directions of shape (n, 513)")
         if self.mean[0] != 0 or self.mean[-1] != 1 or np.any(np.diff(self.mean) <= 0):
             raise ValueError("expected a mean response that increases strictly from 0 to 1")
@@ -113,8 +113,10 @@ class ResponsePrior:
             Positive semi-definite.
         """
         values, vectors = np.linalg.eigh(covariance)
-        roots = (vectors * np.sqrt(np.maximum(values, 0)))[:, ::-1].T
-        return ResponsePrior(self.curve(coefficients).intensity, roots @ self.directions)
+        roots = (vectors * np.sqrt(np.maximum(values, 0))).T
+        # The same normal distribution, by its main directions.
+        _, sizes, shapes = np.linalg.svd(roots @ self.directions, full_matrices=False)
+        return ResponsePrior(self.curve(coefficients).intensity, pinned(sizes[:, None] * shapes))
 
 
 def _strict(samples: FloatArray) -> Tabulated:

@@ -56,7 +56,6 @@ def test_exposed_light_is_recorded_light(prior, seed):
         assert exposure.sensitivity.shape == (*light.shape, prior.size)
 
 
-@pytest.mark.xfail(strict=True, reason="a single value is a view of the directions, overwritten")
 def test_a_single_value_of_light_leaves_the_family_as_it_is():
     prior = around(Gamma(1.3))  # its own: what is kept of a prior may be overwritten
     family = drawn_family(prior, 1)
@@ -84,20 +83,13 @@ def test_the_gain_is_the_slope_of_what_is_recorded(prior, seed):
 @each_prior
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize(
-    "light",
-    [
-        pytest.param(WITHIN, id="up to 1"),
-        pytest.param(
-            BEYOND,
-            id="beyond 1",
-            marks=pytest.mark.xfail(strict=True, reason="the last slope is taken as fixed"),
-        ),
-    ],
+    "light", [pytest.param(WITHIN, id="up to 1"), pytest.param(BEYOND, id="beyond 1")]
 )
 def test_the_sensitivity_is_how_what_is_recorded_follows_the_coefficients(prior, light, seed):
     family = drawn_family(prior, seed)
     expected = differences(prior, family.coefficients, lambda f: f.record(light))
-    np.testing.assert_allclose(family.expose(light).sensitivity, expected, atol=ROUNDING)
+    # Beyond 1 the last piece is continued a few hundredfold, and so are errors of rounding.
+    np.testing.assert_allclose(family.expose(light).sensitivity, expected, 1e-5, ROUNDING)
 
 
 @each_prior

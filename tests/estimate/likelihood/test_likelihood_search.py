@@ -36,7 +36,7 @@ def drawn(seed, **kinds):
     return random_profiles(CAMERA, case, seed=seed)
 
 
-@pytest.fixture(scope="module", params=[0, 1, 2])
+@pytest.fixture(scope="module", params=[0, 1])
 def many(request):
     """Profiles of 60 edges whose variances are the true ones."""
     return drawn(request.param)

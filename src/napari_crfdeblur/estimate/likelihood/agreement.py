@@ -9,7 +9,6 @@ import numpy as np
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from .posterior import SAMPLES, Posterior
-from .search import Found
 
 # Difference of two curves, after alignment, that is no accident: in standard deviations of what
 # is known of it, and in irradiance, below which it would not matter.
@@ -28,24 +27,22 @@ def by_photo(groups: Sequence[ProfileGroup]) -> list[list[ProfileGroup]]:
     return found
 
 
-def agreeing(each: Sequence[Found], covered: Sequence[tuple[float, float]]) -> bool:
+def agreeing(known: Sequence[Posterior], covered: Sequence[tuple[float, float]]) -> bool:
     """Whether what each photo says alone is compatible with every other.
 
     Parameters
     ----------
-    each : sequence of Found
-        The response of each photo alone, with one prior.
+    known : sequence of Posterior
+        What each photo, or what was known before, says of the response.
     covered : sequence of (float, float)
-        Range of intensity that its edges cover.
+        Range of intensity of which it speaks.
     """
-    known = [Posterior.of(f.problem.prior, f.state.coefficients, f.normal) for f in each]
-    for one, other in combinations(range(len(each)), 2):
+    for one, other in combinations(range(len(known)), 2):
         low = max(covered[one][0], covered[other][0])
         high = min(covered[one][1], covered[other][1])
         if low >= high:
             continue
-        intensity = np.linspace(low, high, SAMPLES)
-        apart = _difference(known[one], known[other], intensity)
+        apart = _difference(known[one], known[other], np.linspace(low, high, SAMPLES))
         expected = hypot(*(known[i].expected_error((low, high)) for i in (one, other)))
         if apart > max(UNLIKELY * expected, MATTERS):
             return False

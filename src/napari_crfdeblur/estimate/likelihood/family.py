@@ -1,11 +1,11 @@
 """A family of responses at work: what light it records, and how that follows its coefficients."""
 
 from dataclasses import dataclass
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 
-from ..._typing import FloatArray
+from ..._typing import FloatArray, Image
 from ...response.prior import NODES, ResponsePrior
 
 LAST = NODES.size - 1
@@ -59,23 +59,22 @@ class Family:
     def record(self, light: FloatArray) -> FloatArray:
         """``f(E)`` alone."""
         samples = self.samples
-        beyond, piece, share = _located(light)
-        recorded = samples[piece] + share * np.diff(samples)[piece]
-        last = (samples[-1] - samples[-2]) / STEPS[-1]
-        return np.asarray(np.sign(light) * (recorded + last * beyond))
+        piece, share = _located(light)
+        return np.asarray(np.sign(light) * (samples[piece] + share * np.diff(samples)[piece]))
 
     def expose(self, light: FloatArray) -> Exposure:
         """``f(E)`` and its derivatives."""
         samples = self.samples
-        gains = np.diff(samples) / STEPS
-        beyond, piece, share = _located(light)
+        rises = np.diff(samples)
+        piece, share = _located(light)
         sign = np.sign(light)
-        gain = gains[piece]
-        recorded = samples[piece] + share * STEPS[piece] * gain + gains[-1] * beyond
-        lower = _columns(self.prior)[piece]
-        lower += share[..., np.newaxis] * (_columns(self.prior)[piece + 1] - lower)
-        lower *= sign[..., np.newaxis]
-        return Exposure(sign * recorded, gain, lower)
+        columns, steps = _columns(self.prior)
+        sensitivity = columns[piece] + share[..., np.newaxis] * steps[piece]
+        return Exposure(
+            intensity=sign * (samples[piece] + share * rises[piece]),
+            gain=(rises / STEPS)[piece],
+            sensitivity=sign[..., np.newaxis] * sensitivity,
+        )
 
     def undo(self, intensity: FloatArray) -> FloatArray:
         """Light that the rising curve next to this one records as the given intensity."""
@@ -91,16 +90,15 @@ class Family:
         return 0.5 * float(short @ short), change @ short[short < 0], change @ change.T
 
 
-@cache
-def _columns(prior: ResponsePrior) -> FloatArray:
-    """Directions of a prior, node by node: shape (513, n)."""
-    return np.ascontiguousarray(prior.directions.T)
+@lru_cache(maxsize=8)
+def _columns(prior: ResponsePrior) -> tuple[FloatArray, FloatArray]:
+    """Directions of a prior, node by node, shape (513, n), and their steps between nodes."""
+    columns = np.ascontiguousarray(prior.directions.T)
+    return columns, np.diff(columns, axis=0)
 
 
-def _located(light: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Size of the light beyond 1; piece between nodes in which it is up to 1, share of that."""
+def _located(light: FloatArray) -> tuple[Image, FloatArray]:
+    """Piece between nodes where the size of the light lies, and share of it: above 1 beyond 1."""
     size = np.abs(light)
-    beyond = np.maximum(size - 1, 0)
-    size = np.minimum(size, 1)
     piece = np.minimum((np.sqrt(size) * LAST).astype(np.int64), LAST - 1)
-    return beyond, piece, (size - NODES[piece]) / STEPS[piece]
+    return piece, (size - NODES[piece]) / STEPS[piece]

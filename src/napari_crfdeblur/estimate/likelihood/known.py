@@ -7,7 +7,7 @@ import numpy as np
 from ..._typing import FloatArray
 from ...psf.projection import project
 from .evidence import EdgeGroup
-from .model import State
+from .model import GroupState, State
 from .problem import Expected
 
 # Precision of a shape that is known: to a thousandth of the contrast, that of a rounded PSF.
@@ -22,9 +22,15 @@ def expected_shapes(
 
     Profiles are aligned by a shape that the response distorts; the edges' own shifts do the rest.
     """
-    return tuple(
-        _expected(psf, group, own.shape) for group, own in zip(groups, state.groups, strict=True)
-    )
+    pairs = zip(groups, state.groups, strict=True)
+    return tuple(_expected(psf, group, _typical_shape(group, own)) for group, own in pairs)
+
+
+def _typical_shape(group: EdgeGroup, own: GroupState) -> FloatArray:
+    """The shape of a group where its profiles lie on the average, by their ranges."""
+    weight = np.where(group.present, own.light[..., 1] ** 2, 0.0)
+    shift = float((weight * own.shift).sum() / weight.sum())
+    return np.asarray(own.shape + shift * np.gradient(own.shape, group.step))
 
 
 def _expected(psf: FloatArray, group: EdgeGroup, shape: FloatArray) -> Expected:

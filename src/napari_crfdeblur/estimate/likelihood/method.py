@@ -16,8 +16,9 @@ from ..identifiability import contrasted
 from .agreement import agreeing, by_photo
 from .evidence import edge_groups
 from .noise import NoiseModel
+from .posterior import Posterior
 from .problem import Shift
-from .search import searching
+from .search import Found, searching
 from .verdict import judged
 
 # Least difference of the sides, in intensity. What disturbs the edges of real pictures does not
@@ -29,8 +30,8 @@ LEAST_CONTRAST = 0.12
 class MaximumLikelihood(ResponseFit):
     """The most probable response, given the profiles and what is known of cameras.
 
-    Profile `j` of a group is ``f(l_j + w_j s(m + a_e))`` with an edge spread `s` common to the
-    group, rising or falling, and a sub-pixel shift `a_e` of its edge that all its channels share
+    Profile `j` of a group is ``f(l_j + w_j s(m + a_j))`` with an edge spread `s` common to the
+    group, rising or falling, and a sub-pixel shift `a_j` that the channels of an edge nearly share
     (Kim et al. 2012, 4.1, for the model). Minimized are the squared residuals of the recorded
     intensity over all of these and the coefficients of the response `f`, whose prior is normal.
     Whole edges that fit badly lose their weight, and the evidence counts for as much as the
@@ -77,15 +78,22 @@ class MaximumLikelihood(ResponseFit):
                 "there are no profiles of good contrast; add straight edges between two even "
                 "areas of other brightness, or give the response (gamma or sRGB)"
             )
-        kind = isinstance(self.prior, Cameras)
-        prior = self.prior.prior if isinstance(self.prior, Cameras) else self.prior
-        shift = Shift(self.shift, self.channel_shift)
-        found = yield from searching(prior, edge_groups(usable), self.noise, shift, self.psf)
-        agree = True
-        if len(photos := by_photo(usable)) > 1:
-            each = []
+        seen = isinstance(self.prior, ResponsePrior)
+        prior = self.prior if isinstance(self.prior, ResponsePrior) else self.prior.prior
+        found = yield from self._search(prior, usable)
+        photos = by_photo(usable)
+        known, covered = [], []
+        if seen or len(photos) > 1:
             for own in photos:
-                alone = edge_groups(own)
-                each.append((yield from searching(prior, alone, self.noise, shift, self.psf)))
-            agree = agreeing(each, [covered_range(own) for own in photos])
-        return judged(found, usable, seen=not kind, agree=agree)
+                # Alone, and with a prior that leaves it free to disagree.
+                alone = yield from self._search(Cameras.DIGITAL.prior if seen else prior, own)
+                known.append(Posterior.of(alone))
+                covered.append(covered_range(own))
+        if seen:
+            known.append(Posterior.before(prior))
+            covered.append((0.0, 1.0))
+        return judged(found, usable, seen=seen, agree=agreeing(known, covered))
+
+    def _search(self, prior: ResponsePrior, groups: Sequence[ProfileGroup]) -> Job[Found]:
+        shift = Shift(self.shift, self.channel_shift)
+        return (yield from searching(prior, edge_groups(groups), self.noise, shift, self.psf))

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class NoiseModel:
     freedom: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (self.floor > 0 and self.mismatch >= 0 and self.freedom > 0):
+        if not (0 < self.floor < inf and 0 <= self.mismatch < inf and self.freedom > 0):
             raise ValueError(
                 f"expected a positive floor and freedom, mismatch of 0 or more: {self}"
             )

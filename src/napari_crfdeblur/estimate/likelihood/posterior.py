@@ -7,7 +7,7 @@ import numpy as np
 from ..._typing import FloatArray
 from ...response.prior import ResponsePrior
 from .family import Family
-from .problem import Normal
+from .search import Found
 
 SAMPLES = 129  # intensities at which the error to expect is judged
 # Slope of the response, as a share of its mean, below which the irradiance is not resolved.
@@ -35,18 +35,19 @@ class Posterior:
     covariance: FloatArray
 
     @classmethod
-    def of(cls, prior: ResponsePrior, coefficients: FloatArray, normal: Normal) -> "Posterior":
+    def of(cls, found: Found) -> "Posterior":
         """Inverse Hessian, and the scatter of the edges: what the model expects and what is.
 
         The first knows no wrong model, the second no direction of which no edge speaks. Their
         sum is widened as the truth of simulated and real responses demands, but not beyond
         the prior.
         """
-        inverse = np.linalg.inv(normal.hessian)
-        scores = normal.scores
+        inverse = np.linalg.inv(found.normal.hessian)
+        scores = found.normal.scores
         scatter = inverse @ (scores.T @ scores) @ inverse
         sizes, axes = np.linalg.eigh(WIDENED * (inverse + scatter))
-        return cls(prior, coefficients, (axes * np.minimum(sizes, 1)) @ axes.T)
+        covariance = (axes * np.minimum(sizes, 1)) @ axes.T
+        return cls(found.problem.prior, found.state.coefficients, covariance)
 
     @classmethod
     def before(cls, prior: ResponsePrior) -> "Posterior":

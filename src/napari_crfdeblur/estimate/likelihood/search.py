@@ -113,7 +113,8 @@ def overconfidence(normal: Normal) -> float:
     effective = float(np.trace(inverse @ data))
     scatter = float(np.einsum("ei,ij,ej->", scores, inverse, scores))
     spare = max(len(scores) - effective, 1.0)
-    return scatter / max(effective, 1e-9) * len(scores) / spare
+    # Without a spread of the prior nothing is to be found out, and any factor does.
+    return max(scatter / max(effective, 1e-9) * len(scores) / spare, LEAST_EVIDENCE)
 
 
 def dependence(problem: Problem, state: State) -> float:
@@ -130,8 +131,9 @@ def dependence(problem: Problem, state: State) -> float:
         recorded = family.record(predict(group, own).light)
         residual = (np.sqrt(weight) * (group.intensity - recorded))[..., :-2]
         rising = residual * np.sign(own.light[..., 1:])
-        sums = sliding_window_view(rising.sum(axis=1), NEIGHBORS, axis=1).sum(axis=-1)
-        squares = sliding_window_view((rising**2).sum(axis=1), NEIGHBORS, axis=1).sum(axis=-1)
+        width = min(NEIGHBORS, rising.shape[2])
+        sums = sliding_window_view(rising.sum(axis=1), width, axis=1).sum(axis=-1)
+        squares = sliding_window_view((rising**2).sum(axis=1), width, axis=1).sum(axis=-1)
         together, apart = together + float((sums**2).sum()), apart + float(squares.sum())
     return max(together / max(apart, 1e-12), 1.0)
 

@@ -18,9 +18,6 @@ LARGEST_MISFIT = 10.0
 GOOD_ERROR = 0.006
 # Share of the prior's error to expect beyond which the edges have added too little to leave it.
 NOTHING_ADDED = 0.75
-# Coefficients, in standard deviations of what earlier photos told, beyond which a photo
-# contradicts them: their root mean square over the directions of which the edges speak.
-CONTRADICTS = 3.0
 
 
 def judged(
@@ -35,18 +32,18 @@ def judged(
     groups : sequence of ProfileGroup
         The profiles it was given.
     seen : bool
-        Whether the prior comes from this camera itself, so that little is added by each photo.
+        Whether the prior is of a known curve or camera, to which a photo may add little.
     agree : bool
-        Whether the photos, if there are several, agree with each other.
+        Whether the photos agree with each other, and with what was known of the camera.
     """
     prior = found.problem.prior
     covered = covered_range(groups)
     before = Posterior.before(prior)
-    after = Posterior.of(prior, found.state.coefficients, found.normal)
+    after = Posterior.of(found)
     error, known = after.expected_error(covered), before.expected_error(covered)
     doubts = {
         **_doubts(found, covered, error),
-        Finding.CONTRADICTION: not agree or (seen and _surprise(found) > CONTRADICTS),
+        Finding.CONTRADICTION: not agree,
     }
     findings = tuple(finding for finding, true in doubts.items() if true)
     told = error < (1.0 if seen else NOTHING_ADDED) * known
@@ -64,7 +61,7 @@ def judged(
         status=status,
         diagnostics={
             "error to expect": error if told else known,
-            "share of the prior's": error / known,
+            "share of the prior's": error / known if told else 1.0,
             "collinearity": _apart(found),
             "misfit": found.misfit,
             "evidence": found.evidence,
@@ -94,13 +91,6 @@ def _doubts(found: Found, covered: tuple[float, float], error: float) -> dict[Fi
         Finding.MISFIT: found.misfit > LARGEST_MISFIT,
         Finding.UNSURE: error > GOOD_ERROR,
     }
-
-
-def _surprise(found: Found) -> float:
-    """Size of the coefficients in standard deviations of the prior, where edges speak."""
-    inverse = np.linalg.inv(found.normal.hessian)
-    spoken = max(float(np.trace(np.eye(len(inverse)) - inverse)), 1.0)
-    return float(np.linalg.norm(found.state.coefficients) / np.sqrt(spoken))
 
 
 def _apart(found: Found) -> float:
