@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 from napari_crfdeblur import DeblurOptions, deblur
 from napari_crfdeblur.edges import estimate_blur_extent, find_edges
-from napari_crfdeblur.estimate import GivenResponse, RankMinimization, estimate_response
+from napari_crfdeblur.estimate import GivenResponse, MaximumLikelihood, estimate_response
 from napari_crfdeblur.pipeline import profiles_for
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 from napari_crfdeblur.quality import psnr, response_error
@@ -66,7 +66,7 @@ def measured(case: Case) -> tuple[list[str], list[str], list[str]]:
     """Cells of one case: response errors, PSNR with the true PSF, PSNR with the found one."""
     truth = case.photo()
     edges = find_edges(truth.photo, blur_extent=estimate_blur_extent(truth.photo))
-    method = RankMinimization()
+    method = MaximumLikelihood()
     estimate = estimate_response(profiles_for(method, truth.photo, edges), method)
     curves = dict(
         zip(

@@ -116,7 +116,7 @@ def estimate_response(groups: Sequence[ProfileGroup], method: ResponseFit) -> Re
     groups : sequence of ProfileGroup
         Profiles of one camera, from one photo or several: groups simply add.
     method : ResponseFit
-        For example :class:`~napari_crfdeblur.estimate.RankMinimization`.
+        For example :class:`~napari_crfdeblur.estimate.MaximumLikelihood`.
 
     Raises
     ------

@@ -12,8 +12,9 @@ from napari_crfdeblur.estimate import (
     ResponseStatus,
     estimate_response,
 )
+from napari_crfdeblur.estimate.likelihood.verdict import steady_toe
 from napari_crfdeblur.profiles import ProfileSource
-from napari_crfdeblur.response import SRGB, Cameras, Gamma, ResponsePrior, around
+from napari_crfdeblur.response import SRGB, Cameras, Gamma, ResponsePrior, Tabulated, around
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
 from napari_crfdeblur.simulate.profiles import constant_contrast, from_black
 
@@ -263,3 +264,17 @@ def test_short_profiles_are_no_failure(samples):
     (group,) = drawn(0)
     cut = {name: getattr(group, name)[:, :samples] for name in ("intensity", "variance", "count")}
     no_wild_curve(estimate_response([replace(group, position=group.position[:samples], **cut)], ML))
+
+
+@pytest.mark.parametrize("low", [0.04, 0.2])
+def test_a_steep_toe_is_made_steady_and_the_rest_stays_but_for_an_affine_change(low):
+    # A jump of .1 in the darkest tones, as an estimate has that knows the curve up to an offset.
+    intensity = np.linspace(0, 1, 501)
+    gamma = Gamma(1.8).to_irradiance(np.maximum(intensity, low)) - Gamma(1.8).to_irradiance(low)
+    light = 0.1 * np.minimum(intensity / low, 1) + 0.9 * gamma / gamma[-1]
+    steady = steady_toe(Tabulated(light, intensity), low)
+    slopes = np.diff(steady.irradiance) / np.diff(intensity)
+    covered = intensity >= low + 0.002  # a step of the grid
+    assert slopes[~covered[1:]].max() < slopes[covered[1:]][:40].max()
+    line = np.polyval(np.polyfit(light[covered], steady.irradiance[covered], 1), light[covered])
+    np.testing.assert_allclose(steady.irradiance[covered], line, atol=1e-12)  # rounding of sums

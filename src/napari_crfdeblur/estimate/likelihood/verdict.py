@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...profiles.base import ProfileGroup
+from ...response import Tabulated
 from ..band import BAND_SAMPLES, TWO_SIDED_95, covered_range
 from ..base import Finding, ResponseEstimate, ResponseStatus
 from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
@@ -12,6 +13,7 @@ from .posterior import Posterior
 from .search import Found
 
 FEW = 6  # edges
+BORDER = 0.05  # of intensity, over which the slope at the end of what is covered is taken
 # Root mean square of the residuals in units of the noise beyond which profiles are no steps.
 LARGEST_MISFIT = 10.0
 # Error to expect of a good estimate, in irradiance after alignment.
@@ -51,6 +53,8 @@ def judged(
     chosen = after if told else before
     intensity = np.linspace(0, 1, BAND_SAMPLES)
     curve = prior.curve(chosen.coefficients)
+    if told:
+        curve = steady_toe(curve, covered[0])
     center, deviation = curve.to_irradiance(intensity), chosen.deviation(intensity)
     return ResponseEstimate(
         curve=curve,
@@ -71,6 +75,30 @@ def judged(
         findings=findings,
         posterior=prior.narrowed(chosen.coefficients, chosen.covariance),
     )
+
+
+def steady_toe(curve: Tabulated, low: float) -> Tabulated:
+    """The curve with an inverse that is nowhere steeper below an intensity than just above it.
+
+    Edges tell an inverse response up to an offset, which shows where none of them reaches: in
+    the darkest tones. There a steep inverse would turn noise into light. Above, the curve stays
+    the same but for an affine change, which no deconvolution notices.
+
+    Parameters
+    ----------
+    curve : Tabulated
+        The estimate.
+    low : float
+        Lowest intensity that edges cover.
+    """
+    slopes = np.diff(curve.irradiance) / np.diff(curve.intensity)
+    middles = (curve.intensity[1:] + curve.intensity[:-1]) / 2
+    border = slopes[(middles >= low) & (middles <= low + BORDER)]
+    if not border.size:
+        return curve
+    slopes = np.where(middles < low, np.minimum(slopes, border.mean()), slopes)
+    light = np.concatenate([[0.0], np.cumsum(slopes * np.diff(curve.intensity))])
+    return Tabulated(light / light[-1], curve.intensity)
 
 
 def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> ResponseStatus:
