@@ -26,6 +26,9 @@ COMPARED = 96  # edges by which starts are compared
 MOST_OF_GROUP = 32  # of these from one group
 ROUNDS = 3  # of reweighting
 LEAST_EVIDENCE = 1e-4
+# How much of what the samples of an edge miss together is common to all edges of a photo, which
+# no scatter between them shows: all on photos of few edges, hardly any on those of many.
+COMMON = 0.5
 NEIGHBORS = 5  # samples that are summed: an eighth of a transition
 
 
@@ -82,7 +85,8 @@ def searching(
         best = descend(problem, best.state)
         evidence = evidence / overconfidence(best.normal)
         evidence = float(np.clip(evidence, LEAST_EVIDENCE, 1.0))
-    evidence = max(evidence / dependence(problem, best.state), LEAST_EVIDENCE)
+    shared = 1 + COMMON * (dependence(problem, best.state) - 1)
+    evidence = max(evidence / shared, LEAST_EVIDENCE)
     problem = _weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
     samples = np.concatenate([group.samples for group in groups])
