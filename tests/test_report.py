@@ -332,3 +332,19 @@ class Broken(dict):
         raise ValueError("the PSF is gone")
 
     keys = __iter__
+
+
+def test_the_legend_names_the_commonest_reasons_and_counts_the_rest():
+    statuses = [status for status in EdgeStatus if status is not EdgeStatus.GOOD]
+    edges = [
+        Edge((0.0, float(n)), (9.0, float(n)), status=status)
+        for number, status in enumerate(statuses)
+        for n in range(len(statuses) - number)
+    ]
+    ax = Figure().add_subplot()
+    draw_edges(ax, edges)
+    labels = [collection.get_label() for collection in ax.collections]
+    assert len(labels) == 5
+    assert statuses[0].value in labels[0]
+    rest = sum(len(statuses) - number for number in range(4, len(statuses)))
+    assert labels[-1] == f"{rest} rejected for other reasons"

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 LONGEST = 1000  # pixels of a photo as shown: more than a printed page resolves
 DETAIL = (80, 200)  # rows and columns of a detail, large enough on paper to see its pixels
+REASONS = 4  # for which edges were rejected, that a legend has room for
 
 
 def reduced(photo: Image, longest: int = LONGEST) -> tuple[FloatArray, int]:
@@ -76,9 +77,12 @@ def draw_edges(ax: "Axes", edges: Sequence[Edge], groups: Sequence[ProfileGroup]
     rest = "at other angles" if groups else "found"
     _lines(ax, [edges[i] for i in sorted(left)], OTHERS, rest)
     rejected = Counter(edge.status for edge in edges if not edge.good)
-    for status, _ in rejected.most_common():
+    reasons = [status for status, _ in rejected.most_common(REASONS)]
+    for status in reasons:
         faulty = [edge for edge in edges if edge.status is status]
         _lines(ax, faulty, REJECTED, f"rejected: {status.value}", width=0.7)
+    others = [edge for edge in edges if not edge.good and edge.status not in reasons]
+    _lines(ax, others, REJECTED, "rejected for other reasons", width=0.7)
 
 
 def draw_psf(ax: "Axes", psf: FloatArray) -> None:
