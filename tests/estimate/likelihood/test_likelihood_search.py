@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur.estimate import MaximumLikelihood, NoiseModel, estimating_response
+from napari_crfdeblur.estimate.likelihood.calibration import dependence, overconfidence
 from napari_crfdeblur.estimate.likelihood.descent import descend
 from napari_crfdeblur.estimate.likelihood.evidence import edge_groups
 from napari_crfdeblur.estimate.likelihood.family import Family
 from napari_crfdeblur.estimate.likelihood.model import initial
 from napari_crfdeblur.estimate.likelihood.problem import Problem, Shift
-from napari_crfdeblur.estimate.likelihood.search import dependence, overconfidence, searching
+from napari_crfdeblur.estimate.likelihood.search import searching
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.response import Cameras
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles

@@ -5,16 +5,16 @@ from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
-from numpy.lib.stride_tricks import sliding_window_view
 
 from ..._typing import FloatArray
 from ...progress import Job, Progress
 from ...response.prior import ResponsePrior
+from .calibration import LEAST_EVIDENCE, overconfidence, shared_misfit
 from .descent import Descent, descend
 from .evidence import EdgeGroup
 from .family import Family
 from .known import expected_shapes
-from .model import State, initial, predict
+from .model import State, initial
 from .noise import NoiseModel
 from .problem import Normal, Problem, Shift
 
@@ -25,11 +25,6 @@ FOLLOWED = 2
 COMPARED = 96  # edges by which starts are compared
 MOST_OF_GROUP = 32  # of these from one group
 ROUNDS = 3  # of reweighting
-LEAST_EVIDENCE = 1e-4
-# How much of what the samples of an edge miss together is common to all edges of a photo, which
-# no scatter between them shows: all on photos of few edges, hardly any on those of many.
-COMMON = 0.5
-NEIGHBORS = 5  # samples that are summed: an eighth of a transition
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,8 +80,7 @@ def searching(
         best = descend(problem, best.state)
         evidence = evidence / overconfidence(best.normal)
         evidence = float(np.clip(evidence, LEAST_EVIDENCE, 1.0))
-    shared = 1 + COMMON * (dependence(problem, best.state) - 1)
-    evidence = max(evidence / shared, LEAST_EVIDENCE)
+    evidence = max(evidence / shared_misfit(problem, best.state), LEAST_EVIDENCE)
     problem = _weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
     samples = np.concatenate([group.samples for group in groups])
@@ -102,44 +96,6 @@ def _weighted(
         problem,
         weights=[w * t[:, np.newaxis, np.newaxis] for w, t in zip(weights, trust, strict=True)],
     )
-
-
-def overconfidence(normal: Normal) -> float:
-    """How much more the edges scatter about the model than it expects; 1 if it is right.
-
-    Edges are independent, samples of one edge are not: neighbors, channels and what is wrong
-    with an edge go together. The scatter of the edges' own scores tells how much evidence
-    there really is (the sandwich of Huber 1967, as one factor).
-    """
-    scores = normal.scores
-    inverse = np.linalg.inv(normal.hessian)
-    data = normal.hessian - np.eye(len(inverse))
-    effective = float(np.trace(inverse @ data))
-    scatter = float(np.einsum("ei,ij,ej->", scores, inverse, scores))
-    spare = max(len(scores) - effective, 1.0)
-    # Without a spread of the prior nothing is to be found out, and any factor does.
-    return max(scatter / max(effective, 1e-9) * len(scores) / spare, LEAST_EVIDENCE)
-
-
-def dependence(problem: Problem, state: State) -> float:
-    """How many samples, and channels, of a profile miss the model together; 1 if each by itself.
-
-    Where noise is all that is left, residuals are independent. Where they go together, the
-    model is wrong, in a way that edges may have in common: then the scatter between edges does
-    not tell all. Measured by sums over neighbors and channels: the ratio of their variance to
-    that of independent residuals.
-    """
-    family = problem.family(state)
-    together, apart = 0.0, 0.0
-    for group, weight, own in zip(problem.groups, problem.weights, state.groups, strict=True):
-        recorded = family.record(predict(group, own).light)
-        residual = (np.sqrt(weight) * (group.intensity - recorded))[..., :-2]
-        rising = residual * np.sign(own.light[..., 1:])
-        width = min(NEIGHBORS, rising.shape[2])
-        sums = sliding_window_view(rising.sum(axis=1), width, axis=1).sum(axis=-1)
-        squares = sliding_window_view((rising**2).sum(axis=1), width, axis=1).sum(axis=-1)
-        together, apart = together + float((sums**2).sum()), apart + float(squares.sum())
-    return max(together / max(apart, 1e-12), 1.0)
 
 
 def _starting(problem: Problem) -> Job[Descent]:
