@@ -17,12 +17,11 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
-from scipy.io import loadmat
+from suites import DATA, dorf_curves
 
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import (
@@ -35,7 +34,7 @@ from napari_crfdeblur.estimate import (
     Tail,
     estimate_response,
 )
-from napari_crfdeblur.estimate.band import DORF_DEVIATIONS, covered_range
+from napari_crfdeblur.estimate.band import covered_range
 from napari_crfdeblur.estimate.paper import polynomial as poly
 from napari_crfdeblur.estimate.paper.search import search
 from napari_crfdeblur.linear import linearize, reapply
@@ -45,11 +44,9 @@ from napari_crfdeblur.psf.shapes import camera_shake
 from napari_crfdeblur.quality import response_error
 from napari_crfdeblur.response import (
     SRGB,
-    Emor,
     Gamma,
     Identity,
     ResponseCurve,
-    Tabulated,
     dorf_mean,
 )
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
@@ -57,7 +54,6 @@ from napari_crfdeblur.simulate.profiles import from_black, recorded
 
 Floats = NDArray[np.floating]
 Errors = dict[str, Floats]
-DORF = Path(__file__).resolve().parents[2] / "shared" / "data" / "response" / "dorf_201.mat"
 ALONE = PolynomialFit(resamples=0)  # without the band
 FOLLOWED = 0.01  # error up to which a polynomial is said to follow a curve
 
@@ -92,30 +88,6 @@ METHODS: dict[str, ResponseFit] = {
 }
 KNOWN = "Eq. 4, known PSF"
 NEAREST = "nearest polynomial"  # not an estimate: fitted to the truth
-
-
-def dorf_curves() -> list[ResponseCurve]:
-    table = loadmat(DORF)
-    return [rising(light, recorded) for light, recorded in zip(table["I"], table["B"], strict=True)]
-
-
-def rising(light: Floats, intensity: Floats) -> ResponseCurve:
-    """A measured curve with the slightest slope where it is flat, so that it has an inverse."""
-    light = light.astype(float)
-    intensity = (intensity + 1e-6 * light) / (1 + 1e-6)
-    return Tabulated(irradiance=light, intensity=intensity)
-
-
-def random_curves(count: int = 201) -> list[ResponseCurve]:
-    """EMoR curves with the coefficients of DoRF's spread."""
-    rng = np.random.default_rng(0)
-    curves: list[ResponseCurve] = []
-    while len(curves) < count:
-        try:
-            curves.append(Emor(tuple(rng.normal(scale=DORF_DEVIATIONS))))
-        except ValueError:  # not strictly increasing
-            continue
-    return curves
 
 
 def shaken_profiles(camera: Camera, case: ProfileCase, seed: int) -> tuple[Floats, list]:
@@ -282,11 +254,9 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--every", type=int, default=1, metavar="N", help="take each N-th curve")
     every = parser.parse_args().every
-    if DORF.exists():
-        curves = dorf_curves()
-    else:
-        print(f"{DORF} is not there: EMoR curves with random coefficients stand in for DoRF\n")
-        curves = random_curves()
+    if not DATA.exists():
+        print(f"{DATA} is not there: EMoR curves with random coefficients stand in for DoRF\n")
+    curves = dorf_curves()
     truths = list(enumerate(curves))[::every]
     print(f"{len(truths)} responses\n")
     accuracy(truths)

@@ -36,6 +36,7 @@ from scipy.optimize import isotonic_regression, nnls
 from napari_crfdeblur.psf.base import as_psf
 from napari_crfdeblur.psf.shapes import camera_shake
 from napari_crfdeblur.response import SRGB, Emor, ResponseCurve, Tabulated
+from napari_crfdeblur.response.prior import DORF_DEVIATIONS
 from napari_crfdeblur.simulate import Camera, Scene, simulate
 from napari_crfdeblur.simulate.raster import paint
 
@@ -45,7 +46,6 @@ Pair = tuple[float, float]
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 JPEG = 95
 
-DORF_DEVIATIONS = (3.42, 1.29, 0.47, 0.20, 0.10, 0.07, 0.05)  # of its EMoR coefficients
 PICTURE_CURVES = 20  # of DoRF, drawn once, for `pictures`
 PICTURE_NOISE = 0.002
 SCALES = (0.5, 0.75, 1.0)  # of the measured shakes

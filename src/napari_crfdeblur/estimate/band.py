@@ -7,9 +7,8 @@ import numpy as np
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..response import dorf_mean, emor_table
+from ..response.prior import DORF_DEVIATIONS
 
-# Standard deviations of the EMoR coefficients over the 201 responses of DoRF.
-DORF_DEVIATIONS = (3.42, 1.29, 0.47, 0.20, 0.10, 0.07, 0.05)
 BAND_SAMPLES = 257  # intensities at which a band is kept
 TWO_SIDED_95 = 1.96  # standard deviations of a normal distribution
 

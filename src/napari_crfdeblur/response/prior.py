@@ -72,10 +72,7 @@ class ResponsePrior:
         """
         if len(curves) < 2:
             raise ValueError(f"expected at least 2 curves, got {len(curves)}")
-        return cls._of_samples(np.array([c.to_intensity(NODES) for c in curves]), directions)
-
-    @classmethod
-    def _of_samples(cls, samples: FloatArray, directions: int) -> "ResponsePrior":
+        samples = np.array([curve.to_intensity(NODES) for curve in curves])
         mean = samples.mean(axis=0)
         _, sizes, shapes = np.linalg.svd(samples - mean, full_matrices=False)
         spread = sizes[:, np.newaxis] / np.sqrt(len(samples) - 1) * shapes

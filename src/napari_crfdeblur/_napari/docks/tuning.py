@@ -12,8 +12,8 @@ from psygnal import Signal, SignalInstance
 from qtpy.QtCore import QTimer
 
 from ...errors import CrfDeblurError
-from ...estimate.band import DORF_DEVIATIONS
 from ...response import ResponseCurve, tuned
+from ...response.prior import DORF_DEVIATIONS
 from ..outputs import remove_preview
 from ..session import Session
 from ..step import Effects, Level, Step

@@ -43,10 +43,8 @@ def judged(
     before = Posterior.before(prior)
     after = Posterior.of(found)
     error, known = after.expected_error(covered), before.expected_error(covered)
-    doubts = {
-        **_doubts(found, covered, error),
-        Finding.CONTRADICTION: not agree,
-    }
+    apart = _apart(found)
+    doubts = {**_doubts(found, covered, error, apart), Finding.CONTRADICTION: not agree}
     findings = tuple(finding for finding, true in doubts.items() if true)
     told = error < (1.0 if seen else NOTHING_ADDED) * known
     status = _status(found, told, findings)
@@ -66,7 +64,7 @@ def judged(
         diagnostics={
             "error to expect": error if told else known,
             "share of the prior's": error / known if told else 1.0,
-            "collinearity": _apart(found),
+            "collinearity": apart,
             "misfit": found.misfit,
             "evidence": found.evidence,
             "groups": len(groups),
@@ -109,13 +107,15 @@ def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> Response
     return ResponseStatus.DOUBTFUL if findings else ResponseStatus.GOOD
 
 
-def _doubts(found: Found, covered: tuple[float, float], error: float) -> dict[Finding, bool]:
+def _doubts(
+    found: Found, covered: tuple[float, float], error: float, apart: float
+) -> dict[Finding, bool]:
     """What speaks against a response, and whether it is so."""
     known = any(expected is not None for expected in found.problem.expected)
     return {
         Finding.FEW_EDGES: sum(len(g.edges) for g in found.problem.groups) < FEW and not known,
         Finding.NARROW: covered[1] - covered[0] < LEAST_COVERED,
-        Finding.ALIKE: _apart(found) < LEAST_COLLINEARITY and not known,
+        Finding.ALIKE: apart < LEAST_COLLINEARITY and not known,
         Finding.MISFIT: found.misfit > LARGEST_MISFIT,
         Finding.UNSURE: error > GOOD_ERROR,
     }
