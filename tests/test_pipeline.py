@@ -15,15 +15,16 @@ from napari_crfdeblur.estimate import (
 from napari_crfdeblur.estimate.paper.fitting import PolynomialFit
 from napari_crfdeblur.pipeline import (
     deblurring,
+    finding_blur,
     gathering_profiles,
     profiles_for,
     seeking_edges,
 )
 from napari_crfdeblur.profiles import sampling_profiles
 from napari_crfdeblur.progress import drain
-from napari_crfdeblur.psf import GivenPsf, camera_shake
-from napari_crfdeblur.quality import psnr, response_error
-from napari_crfdeblur.response import SRGB, Gamma, GeneralizedGamma
+from napari_crfdeblur.psf import GivenPsf, RadonFit, camera_shake
+from napari_crfdeblur.quality import kernel_similarity, psnr, response_error
+from napari_crfdeblur.response import SRGB, Cameras, Gamma, GeneralizedGamma
 from napari_crfdeblur.simulate import Camera, Scene, simulate, slanted_edges
 
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
@@ -189,9 +190,8 @@ def test_a_job_reports_every_edge_and_never_goes_back(truth):
         (np.full((40, 50), np.nan), "finite"),
         (np.where(np.eye(40, 50), np.inf, 0.5), "finite"),
         (np.linspace(0, 4095, 2000).reshape(40, 50), "full scale"),
-        (np.random.default_rng(0).integers(90, 99, (80, 90), dtype=np.uint8), "edge"),
     ],
-    ids=["empty", "pixel", "constant", "saturated", "nan", "infinite", "range", "no-edge"],
+    ids=["empty", "pixel", "constant", "saturated", "nan", "infinite", "range"],
 )
 def test_a_photo_that_cannot_be_deblurred_is_refused_with_advice(photo, advice):
     with pytest.raises(CrfDeblurError, match=advice):
@@ -202,6 +202,29 @@ def test_a_psf_larger_than_the_photo_is_refused(small):
     options = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(np.ones((99, 3))))
     with pytest.raises(CrfDeblurError, match="larger than the image"):
         deblur(small, options)
+
+
+def test_without_an_edge_the_response_is_what_is_assumed_of_cameras():
+    photo = np.random.default_rng(0).integers(90, 99, (80, 90), dtype=np.uint8)
+    result = deblur(photo, DeblurOptions(psf=GivenPsf(camera_shake(5, 1))))
+    (estimate,) = result.responses
+    assert estimate.status is ResponseStatus.CANNOT_TELL
+    assert estimate.findings == (Finding.NO_EDGES,)
+    assert estimate.covered == (0.0, 0.0)
+    intensity = np.linspace(0, 1, 33)
+    assumed = Cameras.DIGITAL.prior.curve()
+    np.testing.assert_array_equal(
+        estimate.curve.to_irradiance(intensity), assumed.to_irradiance(intensity)
+    )
+    assert result.photo.shape == photo.shape
+
+
+def test_the_psf_can_be_measured_on_the_edges_alone(truth):
+    options = DeblurOptions(response=GivenResponse(RESPONSE), psf=RadonFit(size=13), blur_extent=17)
+    found = drain(finding_blur(truth.photo, options))
+    assert any(edge.good for edge in found.edges)
+    # With edges of a few orientations; one that is round and as wide reaches .6.
+    assert kernel_similarity(found.psf.psf, truth.psf) > 0.8
 
 
 def test_a_scene_of_one_common_range_cannot_tell_the_response():

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from math import radians
 
 import numpy as np
 
@@ -28,12 +29,22 @@ from .linear import Response, clipped_share, linearizing, reapplying
 from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from .progress import Job, drain
-from .psf import PsfEstimate, PsfEstimator, PsfStatus, XuJia, estimating_psf
+from .psf import (
+    PsfEstimate,
+    PsfEstimator,
+    PsfStatus,
+    RadonFit,
+    XuJia,
+    estimating_psf,
+    estimating_psf_from_profiles,
+)
 from .response import dorf_mean
 
 # What an estimated PSF leaves unexplained, as a share of the contrast: on really blurred photos
 # of known truth, a weight that reckons with less rings.
 BLIND_ERROR = 0.01
+# A PSF of 20 pixels looks alike along normals this near each other, to a sixth of a pixel.
+NARROW = ByOrientation(tolerance=radians(1))
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,9 +60,10 @@ class DeblurOptions:
         Edges drawn by the user; found automatically if not given.
     blur_extent : float, optional
         Largest width of a blurred edge in pixels; judged from the photo if not given.
-    psf : PsfEstimator, optional
+    psf : PsfEstimator or RadonFit, optional
         How the PSF is found; by default :class:`~.psf.XuJia` of the size of the blur, or
-        :class:`~.psf.GivenPsf` if it is known.
+        :class:`~.psf.GivenPsf` if it is known. :class:`~.psf.RadonFit` finds it from the
+        straight edges alone.
     method : Deconvolver, optional
         How the blur is undone; by default :class:`~.deconvolution.HyperLaplacian`, which
         allows for the errors of an estimated PSF.
@@ -60,7 +72,7 @@ class DeblurOptions:
     response: ResponseFit | Sequence[ResponseFit] = field(default_factory=MaximumLikelihood)
     edges: Sequence[Line | Rectangle] | None = None
     blur_extent: float | None = None
-    psf: PsfEstimator | None = None
+    psf: PsfEstimator | RadonFit | None = None
     method: Deconvolver | None = None
 
 
@@ -130,7 +142,10 @@ def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
     linear = yield from linearizing(color(photo), joint_curve(responses))
     widths = [edge.width for edge in edges if edge.good]
     widest = options.blur_extent or max(widths, default=extent or 0.0)
-    psf = yield from estimating_psf(linear, options.psf or suited_estimator(photo, widest))
+    if isinstance(options.psf, RadonFit):
+        psf = yield from measuring_psf(photo, edges, joint_curve(responses), options.psf)
+    else:
+        psf = yield from estimating_psf(linear, options.psf or suited_estimator(photo, widest))
     return FoundBlur(edges, groups, responses, linear, psf)
 
 
@@ -225,6 +240,14 @@ def gathering_profiles(
     return tuple(groups)
 
 
+def measuring_psf(
+    photo: Image, edges: Sequence[Edge], curve: Response, method: RadonFit
+) -> Job[PsfEstimate]:
+    """Long job: the PSF from the straight edges of a photo, given its response."""
+    narrow = yield from sampling_profiles(color(photo), edges, grouping=NARROW)
+    return (yield from estimating_psf_from_profiles(narrow, curve, method))
+
+
 def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]:
     """Long job: the edges of a photo, found or drawn, good and bad."""
     extent = options.blur_extent or (yield from estimating_blur_extent(photo))
@@ -236,7 +259,8 @@ def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]
 def edges_needed(options: DeblurOptions) -> bool:
     """Whether the path has to look for edges: for the response, or for the size of the PSF."""
     methods = [options.response] if isinstance(options.response, ResponseFit) else options.response
-    return options.psf is None or not all(isinstance(m, GivenResponse) for m in methods)
+    measured = options.psf is None or isinstance(options.psf, RadonFit)
+    return measured or not all(isinstance(m, GivenResponse) for m in methods)
 
 
 def suited_estimator(photo: Image, extent: float) -> PsfEstimator:

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from napari_crfdeblur.cli import main
-from napari_crfdeblur.cli.stored import StoredCamera, keep, stored_camera
+from napari_crfdeblur.cli.stored import stored_camera
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import (
     Finding,
@@ -24,6 +24,8 @@ from napari_crfdeblur.io import (
     CameraKey,
     CameraRecord,
     CountedPhoto,
+    StoredCamera,
+    keep_estimate,
     read_camera,
     read_photo,
     read_responses,
@@ -160,7 +162,7 @@ def a_record(*photos):
 
 @pytest.mark.parametrize("status", [ResponseStatus.GOOD, ResponseStatus.DOUBTFUL])
 def test_an_estimate_with_its_own_doubts_is_kept(tmp_path, status):
-    said = keep(a_camera(tmp_path, "a"), an_estimate(status, Finding.UNSURE))
+    said = keep_estimate(a_camera(tmp_path, "a"), an_estimate(status, Finding.UNSURE))
     assert said.startswith("stored of this camera: 1 photo now, in ")
     assert read_camera(tmp_path, KEY).photos == (CountedPhoto("a", "aa"),)
 
@@ -180,7 +182,7 @@ def test_an_estimate_that_would_do_harm_is_not_kept(tmp_path, estimate, reason, 
     if record:
         write_camera(tmp_path, record)
     before = [path.read_bytes() for path in tmp_path.iterdir()]
-    said = keep(a_camera(tmp_path, "b", record=record), estimate)
+    said = keep_estimate(a_camera(tmp_path, "b", record=record), estimate)
     assert said.startswith("not stored: ")
     assert reason in said
     assert said.endswith(f"{'1 photo' if stored else 'nothing'}, as before")
@@ -191,7 +193,7 @@ def test_what_another_run_has_stored_meanwhile_is_not_undone(tmp_path):
     camera = a_camera(tmp_path, "b")
     write_camera(tmp_path, a_record("a"))
     with pytest.raises(CrfDeblurError, match="was changed while"):
-        keep(camera, an_estimate())
+        keep_estimate(camera, an_estimate())
     assert read_camera(tmp_path, KEY).photos == a_record("a").photos
 
 

@@ -49,7 +49,14 @@ from napari_crfdeblur.profiles import (
     ProfileGroup,
     ProfileSource,
 )
-from napari_crfdeblur.psf import GivenPsf, PsfEstimate, PsfEstimator, PsfStatus, XuJia
+from napari_crfdeblur.psf import (
+    GivenPsf,
+    PsfEstimate,
+    PsfEstimator,
+    PsfStatus,
+    RadonFit,
+    XuJia,
+)
 from napari_crfdeblur.response import (
     SRGB,
     Cameras,
@@ -105,6 +112,7 @@ OBJECTS = [
     ),
     GivenPsf(KERNEL),
     XuJia(size=25, region=300),
+    RadonFit(size=25, smoothness=1.0, sparsity=2.5),
     PsfEstimate(GivenPsf(KERNEL).psf, PsfStatus.DOUBTFUL, {"halves": 0.25}),
     RankMinimization(Tail.ALL, RowScale.BY_RANGE, FIT),
     MeanProfile(FIT),

@@ -23,6 +23,7 @@ from ..pipeline import BLIND_ERROR
 from ..psf import (
     GivenPsf,
     PsfEstimator,
+    RadonFit,
     XuJia,
     camera_shake,
     disk,
@@ -44,11 +45,17 @@ PRIORS: dict[str, type[HyperLaplacian | SparseIrls | Wiener]] = {
 }
 
 
+PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] = {
+    "auto": lambda size: XuJia(size=size) if size else None,
+    "edges": lambda size: RadonFit(size=size),
+}
+
+
 def deconvolver(name: str, psf: str) -> Deconvolver:
     """Method for ``--method``; an estimated PSF is less certain than a given one."""
     if name == "richardson-lucy":
         return RichardsonLucy()
-    return PRIORS[name](model_error=BLIND_ERROR) if psf == "auto" else PRIORS[name]()
+    return PRIORS[name](model_error=BLIND_ERROR) if psf in PSF_METHODS else PRIORS[name]()
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:
@@ -122,13 +129,13 @@ def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
     return RankMinimization(Tail.ALL if name == "rank-all" else Tail.SECOND)
 
 
-def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
+def psf_estimator(text: str, size: int | None) -> PsfEstimator | RadonFit | None:
     """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
-    if text != "auto":
-        if size:
-            raise CrfDeblurError("--psf-size is for an estimated PSF: leave it out with --psf FILE")
-        return GivenPsf(read_psf(Path(text)))
-    return XuJia(size=size) if size else None
+    if text in PSF_METHODS:
+        return PSF_METHODS[text](size)
+    if size:
+        raise CrfDeblurError("--psf-size is for an estimated PSF: leave it out with --psf FILE")
+    return GivenPsf(read_psf(Path(text)))
 
 
 def _number(text: str, whole: str) -> float:

@@ -11,8 +11,10 @@ from ..edges import Edge
 from ..errors import CrfDeblurError
 from ..estimate import GivenResponse, ResponseEstimate
 from ..io import (
+    StoredCamera,
     check_output,
     images,
+    keep_estimate,
     make_folder,
     psfs,
     read_edges,
@@ -47,7 +49,7 @@ from .choices import (
     response_fits,
     simulated_psf,
 )
-from .stored import StoredCamera, check_cameras, keep, stored_camera
+from .stored import check_cameras, stored_camera
 
 
 def demo(arguments: Namespace) -> None:
@@ -128,7 +130,7 @@ def estimate(arguments: Namespace) -> None:
     if arguments.output:
         print(f"wrote {arguments.output}")
     if camera:
-        print(keep(camera, found[0]))
+        print(keep_estimate(camera, found[0]))
 
 
 def psf(arguments: Namespace) -> None:
@@ -138,7 +140,7 @@ def psf(arguments: Namespace) -> None:
     options = replace(
         _options(arguments),
         response=response_fits(arguments),
-        psf=psf_estimator("auto", arguments.psf_size),
+        psf=psf_estimator(arguments.psf, arguments.psf_size),
     )
     photo = _photo(arguments.photo)
     camera = _camera(arguments, photo)

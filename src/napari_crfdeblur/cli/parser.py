@@ -7,7 +7,7 @@ from pathlib import Path
 from .._version import __version__
 
 RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
-PSF_HELP = "auto (estimate it) or a file (.png, .tif, .npy)"
+PSF_HELP = "auto (from the picture), edges (from them alone), or a file (.png, .tif, .npy)"
 
 
 def parse(argv: Sequence[str] | None) -> Namespace:
@@ -142,6 +142,13 @@ def _psf(add: Add) -> None:
     )
     _prior(psf)
     _cameras(psf)
+    psf.add_argument(
+        "--from",
+        dest="psf",
+        choices=("auto", "edges"),
+        default="auto",
+        help="what the PSF is found from: the picture, or straight edges alone (default: auto)",
+    )
     _psf_size(psf)
     _edges(psf)
     _report(psf)

@@ -35,6 +35,10 @@ class ResponseStatus(Enum):
 class Finding(Enum):
     """Why a response is in doubt; the value is the sentence that the user reads."""
 
+    NO_EDGES = (
+        "no straight edge lies between two even areas of clearly different brightness: draw one, "
+        "or give the response (gamma or sRGB)"
+    )
     FEW_EDGES = "there are only a few edges: find or draw more"
     NARROW = "the edges cover a small part of the intensities: add darker or brighter ones"
     ALIKE = (
@@ -46,6 +50,10 @@ class Finding(Enum):
         "are not straight steps between even areas"
     )
     UNSURE = "what the edges say leaves a wide band"
+    MISREGISTERED = (
+        "the color channels lie clearly beside each other: correct the lateral chromatic "
+        "aberration first"
+    )
     CONTRADICTION = (
         "the photos contradict each other, or what was known of the camera: they are not of one "
         "camera in one picture style; estimate them apart"

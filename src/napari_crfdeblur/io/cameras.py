@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -108,11 +109,45 @@ def read_camera(folder: Path, key: CameraKey) -> CameraRecord | None:
     CrfDeblurError
         There is no such folder; the file is damaged, of another camera, or of a newer version.
     """
-    if not folder.is_dir():
-        raise CrfDeblurError(f"{folder}: there is no such folder; give the one with the cameras")
+    _check_there(folder)
     path = camera_file(folder, key)
     if not path.exists():
         return None
+    record = _read(path)
+    if record.key != key:
+        raise CrfDeblurError(
+            f"{path}: is of another camera, {record.key}; delete it, or put the file back under "
+            f"its own name, {record.key.file_name}"
+        )
+    return record
+
+
+def stored_cameras(folder: Path) -> tuple[CameraRecord, ...]:
+    """All cameras of a folder, by their names.
+
+    A file that is none, is damaged, or lies under another name than its own is passed over.
+
+    Raises
+    ------
+    CrfDeblurError
+        There is no such folder.
+    """
+    _check_there(folder)
+    found = []
+    for path in folder.glob("*.json"):
+        with suppress(CrfDeblurError):
+            record = _read(path)
+            if record.key.file_name == path.name:
+                found.append(record)
+    return tuple(sorted(found, key=lambda record: str(record.key)))
+
+
+def _check_there(folder: Path) -> None:
+    if not folder.is_dir():
+        raise CrfDeblurError(f"{folder}: there is no such folder; give the one with the cameras")
+
+
+def _read(path: Path) -> CameraRecord:
     check_input(path)
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -122,18 +157,12 @@ def read_camera(folder: Path, key: CameraKey) -> CameraRecord | None:
                 f"{path}: stored cameras of version {version} are not known; "
                 "update napari-crfdeblur"
             )
-        record = _record(content)
+        return _record(content)
     except DAMAGED as error:
         raise CrfDeblurError(
             f"{path}: not a stored camera, or damaged ({error}); delete it, and estimate the "
             "photos of the camera again"
         ) from error
-    if record.key != key:
-        raise CrfDeblurError(
-            f"{path}: is of another camera, {record.key}; delete it, or put the file back under "
-            f"its own name, {record.key.file_name}"
-        )
-    return record
 
 
 def _version(content: Any) -> int:

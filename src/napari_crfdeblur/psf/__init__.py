@@ -12,6 +12,7 @@ from .base import (
 )
 from .given import GivenPsf
 from .projection import project
+from .radon import RadonFit, estimate_psf_from_profiles, estimating_psf_from_profiles
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 from .xu_jia import XuJia
 
@@ -20,6 +21,7 @@ __all__ = [
     "PsfEstimate",
     "PsfEstimator",
     "PsfStatus",
+    "RadonFit",
     "XuJia",
     "as_psf",
     "camera_shake",
@@ -28,7 +30,9 @@ __all__ = [
     "delta",
     "disk",
     "estimate_psf",
+    "estimate_psf_from_profiles",
     "estimating_psf",
+    "estimating_psf_from_profiles",
     "gaussian",
     "kernel_a",
     "kernel_b",

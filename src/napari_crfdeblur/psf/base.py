@@ -21,6 +21,14 @@ class PsfStatus(Enum):
     GIVEN = "the PSF was given"
     EDITED = "the PSF was estimated, and edited by hand"
     DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
+    INCOMPLETE = (
+        "the edges leave the PSF open: add edges of other orientations, or find it from the picture"
+    )
+
+    @property
+    def doubted(self) -> bool:
+        """Whether the user should look at the PSF before it is used."""
+        return self in (PsfStatus.DOUBTFUL, PsfStatus.INCOMPLETE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -194,9 +194,18 @@ NOTHING = {
 
 @pytest.mark.parametrize("groups", NOTHING.values(), ids=NOTHING)
 @pytest.mark.parametrize("psf", [None, np.eye(7)], ids=["blind", "known PSF"])
-def test_nothing_to_learn_from_is_refused_with_what_to_do(groups, psf):
-    with pytest.raises(CrfDeblurError, match=r"add straight edges.*or give the response"):
-        estimate_response(groups(), MaximumLikelihood(psf=psf))
+def test_with_nothing_to_learn_from_the_prior_is_handed_out(groups, psf):
+    estimate = estimate_response(groups(), MaximumLikelihood(Cameras.DORF, psf=psf))
+    assert estimate.status is ResponseStatus.CANNOT_TELL
+    assert estimate.findings == (Finding.NO_EDGES,)
+    assert estimate.covered == (0.0, 0.0)
+    intensity = np.linspace(0, 1, 65)
+    assumed = Cameras.DORF.prior.curve().to_irradiance(intensity)
+    np.testing.assert_array_equal(estimate.curve.to_irradiance(intensity), assumed)
+    lower, upper = (
+        np.interp(intensity, estimate.intensity, b) for b in (estimate.lower, estimate.upper)
+    )
+    assert np.all((lower <= assumed) & (assumed <= upper))
 
 
 @pytest.mark.parametrize("name", ["intensity", "variance", "sides", "position"])

@@ -34,8 +34,10 @@ class Descent:
     settled: bool
 
 
-def descend(problem: Problem, state: State, steps: int = MOST_STEPS) -> Descent:
-    """Follow the objective down from a state until it hardly changes."""
+def descend(
+    problem: Problem, state: State, steps: int = MOST_STEPS, least_gain: float = LEAST_GAIN
+) -> Descent:
+    """Follow the objective down from a state until a step gains less than asked for."""
     value, damping = problem.value(state), FIRST_DAMPING
     for _ in range(steps):
         normal = problem.normal(state)
@@ -49,6 +51,6 @@ def descend(problem: Problem, state: State, steps: int = MOST_STEPS) -> Descent:
             return Descent(state, value, normal, settled=True)
         damping = max(tried / 10, LEAST_DAMPING)
         state, gain, value = proposed, value - reached, reached
-        if gain < LEAST_GAIN:
+        if gain < least_gain:
             return Descent(state, value, normal, settled=True)
     return Descent(state, value, normal, settled=False)

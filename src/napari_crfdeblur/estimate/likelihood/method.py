@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import inf
 
+import numpy as np
+
 from ..._typing import FloatArray
-from ...errors import CrfDeblurError
 from ...profiles.base import ProfileGroup
 from ...progress import Job
 from ...psf.base import as_psf
@@ -15,15 +16,13 @@ from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import contrasted
 from .agreement import agreeing, by_photo
 from .evidence import edge_groups
+from .live import LEAST_CONTRAST, LiveFit
 from .noise import NoiseModel
 from .posterior import Posterior
 from .problem import Shift
+from .registration import misregistration
 from .search import Found, searching
-from .verdict import judged
-
-# Least difference of the sides, in intensity. What disturbs the edges of real pictures does not
-# fade with their contrast; on such, a threshold of .1 to .15 errs least.
-LEAST_CONTRAST = 0.12
+from .verdict import assumed, judged
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,7 +55,7 @@ class MaximumLikelihood(ResponseFit):
     psf: FloatArray | None = None
     noise: NoiseModel = field(default_factory=NoiseModel)
     shift: float = 0.3
-    channel_shift: float = 0.03
+    channel_shift: float = 0.1
 
     def __post_init__(self) -> None:
         if not isinstance(self.prior, (Cameras, ResponsePrior)):
@@ -72,14 +71,15 @@ class MaximumLikelihood(ResponseFit):
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""
+        return (yield from self.fitting(groups)).estimate
+
+    def fitting(self, groups: Sequence[ProfileGroup]) -> Job[LiveFit]:
+        """Long job: the estimate of :meth:`run`, ready to follow its profiles as they change."""
         usable = contrasted(groups, LEAST_CONTRAST)
-        if not usable:
-            raise CrfDeblurError(
-                "there are no profiles of good contrast; add straight edges between two even "
-                "areas of other brightness, or give the response (gamma or sRGB)"
-            )
         seen = isinstance(self.prior, ResponsePrior)
         prior = self.prior if isinstance(self.prior, ResponsePrior) else self.prior.prior
+        if not usable:
+            return LiveFit(assumed(prior), None, self.noise, self.psf, seen)
         found = yield from self._search(prior, usable)
         photos = by_photo(usable)
         known, covered = [], []
@@ -92,7 +92,14 @@ class MaximumLikelihood(ResponseFit):
         if seen:
             known.append(Posterior.before(prior))
             covered.append((0.0, 1.0))
-        return judged(found, usable, seen=seen, agree=agreeing(known, covered))
+        estimate = judged(
+            found,
+            usable,
+            seen=seen,
+            agree=agreeing(known, covered),
+            displaced=float(np.hypot(*misregistration(found).T).max()),
+        )
+        return LiveFit(estimate, found, self.noise, self.psf, seen)
 
     def _search(self, prior: ResponsePrior, groups: Sequence[ProfileGroup]) -> Job[Found]:
         shift = Shift(self.shift, self.channel_shift)

@@ -76,21 +76,27 @@ def searching(
         trust = [noise.trust(g, misfit) for g, misfit in zip(groups, plain, strict=True)]
         if psf is not None:
             problem = replace(problem, expected=expected_shapes(psf, groups, best.state))
-        problem = _weighted(problem, noise, trust, evidence)
+        problem = weighted(problem, noise, trust, evidence)
         best = descend(problem, best.state)
         evidence = evidence / overconfidence(best.normal)
         evidence = float(np.clip(evidence, LEAST_EVIDENCE, 1.0))
     evidence = max(evidence / shared_misfit(problem, best.state), LEAST_EVIDENCE)
-    problem = _weighted(problem, noise, trust, evidence)
+    problem = weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
-    samples = np.concatenate([group.samples for group in groups])
-    misfit = float(np.sqrt(np.median(np.concatenate(plain) / samples)))
+    misfit = typical_misfit(groups, plain)
     return Found(problem, best.state, best.normal, evidence, misfit, best.settled)
 
 
-def _weighted(
+def typical_misfit(groups: Sequence[EdgeGroup], misfits: Sequence[FloatArray]) -> float:
+    """Root mean square of the residuals of a typical edge, given the sums of their squares."""
+    samples = np.concatenate([group.samples for group in groups])
+    return float(np.sqrt(np.median(np.concatenate(misfits) / samples)))
+
+
+def weighted(
     problem: Problem, noise: NoiseModel, trust: Sequence[FloatArray], evidence: float
 ) -> Problem:
+    """The problem with weights that allow for bad edges and for how much evidence there is."""
     weights = noise.weights(problem.groups, evidence)
     return replace(
         problem,

@@ -1,11 +1,12 @@
 """From the most probable response to an estimate: its band, how far to trust it, and why not."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from ...profiles.base import ProfileGroup
-from ...response import Tabulated
+from ...response import ResponsePrior, Tabulated
 from ..band import BAND_SAMPLES, TWO_SIDED_95, covered_range
 from ..base import Finding, ResponseEstimate, ResponseStatus
 from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
@@ -17,13 +18,20 @@ BORDER = 0.05  # of intensity, over which the slope at the end of what is covere
 # Root mean square of the residuals in units of the noise beyond which profiles are no steps.
 LARGEST_MISFIT = 10.0
 # Error to expect of a good estimate, in irradiance after alignment.
-GOOD_ERROR = 0.006
+GOOD_ERROR = 0.008
 # Share of the prior's error to expect beyond which the edges have added too little to leave it.
-NOTHING_ADDED = 0.75
+NOTHING_ADDED = 0.6
+# Displacement of a channel, pixels: less is allowed for, more shows as color fringes.
+FAR_APART = 0.75
 
 
 def judged(
-    found: Found, groups: Sequence[ProfileGroup], *, seen: bool, agree: bool
+    found: Found,
+    groups: Sequence[ProfileGroup],
+    *,
+    seen: bool,
+    agree: bool,
+    displaced: float,
 ) -> ResponseEstimate:
     """The estimate of a search; the prior where the edges add nothing to it.
 
@@ -37,6 +45,8 @@ def judged(
         Whether the prior is of a known curve or camera, to which a photo may add little.
     agree : bool
         Whether the photos agree with each other, and with what was known of the camera.
+    displaced : float
+        How far a color channel lies beside the mean of all, pixels.
     """
     prior = found.problem.prior
     covered = covered_range(groups)
@@ -44,34 +54,66 @@ def judged(
     after = Posterior.of(found)
     error, known = after.expected_error(covered), before.expected_error(covered)
     apart = _apart(found)
-    doubts = {**_doubts(found, covered, error, apart), Finding.CONTRADICTION: not agree}
+    doubts = {
+        **_doubts(found, covered, error, apart),
+        Finding.CONTRADICTION: not agree,
+        Finding.MISREGISTERED: displaced > FAR_APART,
+    }
     findings = tuple(finding for finding, true in doubts.items() if true)
     told = error < (1.0 if seen else NOTHING_ADDED) * known
+    diagnostics = {
+        "error to expect": error if told else known,
+        "share of the prior's": error / known if told else 1.0,
+        "collinearity": apart,
+        "channel shift": displaced,
+        "misfit": found.misfit,
+        "evidence": found.evidence,
+        "groups": len(groups),
+        "profiles": sum(len(group) for group in groups),
+    }
     status = _status(found, told, findings)
-    chosen = after if told else before
+    return _handed_out(after if told else before, covered, status, findings, diagnostics)
+
+
+def assumed(prior: ResponsePrior) -> ResponseEstimate:
+    """The prior, for a photo without any edge that could say more."""
+    before, everything = Posterior.before(prior), (0.0, 1.0)
+    diagnostics = {
+        "error to expect": before.expected_error(everything),
+        "share of the prior's": 1.0,
+        "groups": 0,
+        "profiles": 0,
+    }
+    findings = (Finding.NO_EDGES,)
+    found = _handed_out(before, everything, ResponseStatus.CANNOT_TELL, findings, diagnostics)
+    return replace(found, covered=(0.0, 0.0))
+
+
+def _handed_out(
+    chosen: Posterior,
+    covered: tuple[float, float],
+    status: ResponseStatus,
+    findings: tuple[Finding, ...],
+    diagnostics: dict[str, float],
+) -> ResponseEstimate:
+    """The estimate that a posterior stands for, with its band."""
+    found = curve = chosen.prior.curve(chosen.coefficients)
+    if status is not ResponseStatus.CANNOT_TELL:
+        curve = steady_toe(found, covered[0])
     intensity = np.linspace(0, 1, BAND_SAMPLES)
-    curve = prior.curve(chosen.coefficients)
-    if told:
-        curve = steady_toe(curve, covered[0])
-    center, deviation = curve.to_irradiance(intensity), chosen.deviation(intensity)
+    # Nobody knows whether the toe is steep or steady: the band holds both.
+    centers = np.stack([found.to_irradiance(intensity), curve.to_irradiance(intensity)])
+    reach = TWO_SIDED_95 * chosen.deviation(intensity, covered)
     return ResponseEstimate(
         curve=curve,
         intensity=intensity,
-        lower=np.clip(center - TWO_SIDED_95 * deviation, 0, 1),
-        upper=np.clip(center + TWO_SIDED_95 * deviation, 0, 1),
+        lower=np.clip(centers.min(axis=0) - reach, 0, 1),
+        upper=np.clip(centers.max(axis=0) + reach, 0, 1),
         covered=covered,
         status=status,
-        diagnostics={
-            "error to expect": error if told else known,
-            "share of the prior's": error / known if told else 1.0,
-            "collinearity": apart,
-            "misfit": found.misfit,
-            "evidence": found.evidence,
-            "groups": len(groups),
-            "profiles": sum(len(group) for group in groups),
-        },
+        diagnostics=diagnostics,
         findings=findings,
-        posterior=prior.narrowed(chosen.coefficients, chosen.covariance),
+        posterior=chosen.narrowed,
     )
 
 
