@@ -19,7 +19,7 @@ from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari import steps
-from napari_crfdeblur._napari.docks import EdgesDock
+from napari_crfdeblur._napari.docks import EdgesDock, following
 from napari_crfdeblur._napari.docks import edges as module
 from napari_crfdeblur._napari.docks.table import COLUMNS
 from napari_crfdeblur._napari.preferences import Preferences
@@ -246,7 +246,7 @@ class TestLiveEstimate:
             calls.append(how)
             return steps.setting_response(session, Gamma(2.0))
 
-        monkeypatch.setattr(module, "estimating_response", keep)
+        monkeypatch.setattr(following, "estimating_response", keep)
         filled._again.value = True
         calls.clear()
         return calls
@@ -284,7 +284,7 @@ class TestLiveEstimate:
         monkeypatch: pytest.MonkeyPatch,
     ) -> None:
         # The paper's method needs three edges of one orientation.
-        monkeypatch.setattr(module, "preferences", lambda: Preferences(response="rank"))
+        monkeypatch.setattr(following, "preferences", lambda: Preferences(response="rank"))
         filled._again.value = True
         filled.session.set_edges([OUTSIDE, UPRIGHT])
         settled(filled)

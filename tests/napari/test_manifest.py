@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from importlib import import_module
 from importlib.resources import files
 from pathlib import Path
@@ -263,7 +264,10 @@ def test_what_the_user_sets_is_preferred(npe2pm: Any) -> None:
     defaults.deconvolution, defaults.compare = "wiener", True
     expected = Preferences(12.5, "srgb", "wiener", compare=True, live=False)
     assert preferences.preferences() == expected
+    preferences.prefer_cameras(Path("cameras"))
+    assert preferences.preferences() == replace(expected, cameras="cameras")
     npe2pm.disable(NAME)
+    preferences.prefer_cameras(Path("others"))
     assert preferences.preferences() == Preferences()
 
 

@@ -12,7 +12,8 @@ from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import ResponseDock
 from napari_crfdeblur._napari.docks import response as module
 from napari_crfdeblur._napari.docks.base import SHADES
-from napari_crfdeblur._napari.docks.response import EARLIER, KNOWN_PSF, KNOWN_PSF_EQ4, trust_in
+from napari_crfdeblur._napari.docks.response import KNOWN_PSF, KNOWN_PSF_EQ4
+from napari_crfdeblur._napari.docks.trust import EARLIER, trust_in
 from napari_crfdeblur._napari.preferences import Preferences
 from napari_crfdeblur._napari.state import MOST_DOUBTS, Fitted
 from napari_crfdeblur._napari.step import Level
@@ -72,7 +73,7 @@ def said(session: Session) -> list[Any]:
 
 def labels(dock: ResponseDock) -> list[str]:
     """What the legend of the curves names."""
-    return [text.get_text() for text in dock._curve.axes.get_legend().get_texts()]
+    return [text.get_text() for text in dock._plots.curve.axes.get_legend().get_texts()]
 
 
 def irradiance(curve: Any) -> Any:
@@ -258,7 +259,7 @@ def test_a_further_photo_adds_its_edges(few, blurred):
     other = dock.session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
     dock.others = [other]
     assert len(dock.run().groups) > alone
-    dock._pool.value = False
+    dock._further.pool.value = False
     assert dock.others == []
 
 
@@ -296,11 +297,11 @@ def test_a_gray_file_for_three_curves_is_named(dock, blurred, tmp_path):
 def test_chosen_files_stay_chosen_when_layers_come_and_go(dock, blurred, tmp_path):
     dock.others = [tmp_path / "one.png"]
     other = dock.session.viewer.add_image(blurred.photo, name="other")
-    dock._add_files([tmp_path / "two.png"])
+    dock._further.add_files([tmp_path / "two.png"])
     assert dock.others == [tmp_path / "one.png", tmp_path / "two.png"]
-    assert other in dock._others.choices
+    assert other in dock._further.choice.choices
     dock.session.viewer.layers.remove(other)
-    assert other not in dock._others.choices
+    assert other not in dock._further.choice.choices
 
 
 @pytest.mark.parametrize(
@@ -350,7 +351,7 @@ def test_the_dialogs_lead_to_the_same(dock, tmp_path, monkeypatch, said):
     assert "curve" in labels(dock)
     monkeypatch.setattr(module, "ask_open_many", lambda *_: [tmp_path / "a.png"])
     press(dock, "Add files...")
-    assert dock._others.value == [tmp_path / "a.png"]
+    assert dock._further.choice.value == [tmp_path / "a.png"]
     assert all(message.level is Level.INFO for message in said)
 
 
@@ -446,34 +447,34 @@ def test_an_estimate_from_earlier_edges_is_told(estimated):
 
 
 def test_the_profiles_fall_on_one_another_once_linearized(dock, fitted):
-    assert "no response" in dock._linear.axes.texts[0].get_text()
+    assert "no response" in dock._plots.linear.axes.texts[0].get_text()
     dock.session.commit(dock.photo, replace(dock.session.state, fitted=fitted))
 
     def spread(plot):
         rows = np.array([s[:, 1] for s in plot.axes.collections[0].get_segments()])
         return np.median(rows.std(axis=0))
 
-    assert spread(dock._linear) < spread(dock._recorded)
+    assert spread(dock._plots.linear) < spread(dock._plots.recorded)
 
 
 def test_the_group_of_the_selected_edge_is_shown(dock):
     session = dock.session
     number = next(n for n in range(len(session.state.edges.edges)) if edge_group(session, n) == 1)
     session.selected = number
-    assert dock._group.value == 1
-    shown = dock._recorded.axes.collections[0].get_segments()
+    assert dock._plots.group.value == 1
+    shown = dock._plots.recorded.axes.collections[0].get_segments()
     assert len(shown) == len(session.state.edges.groups[1])
     session.selected = None
-    assert dock._group.value == 1
+    assert dock._plots.group.value == 1
 
 
 def test_fewer_groups_leave_one_that_there_is(dock):
     edges = dock.session.state.edges
-    dock._group.value = len(edges.groups) - 1
+    dock._plots.group.value = len(edges.groups) - 1
     dock.session.set_edges([])
-    assert "no profiles" in dock._recorded.axes.texts[0].get_text()
+    assert "no profiles" in dock._plots.recorded.axes.texts[0].get_text()
     dock.session.undo_edges()
-    assert dock._group.value in range(len(edges.groups))
+    assert dock._plots.group.value in range(len(edges.groups))
 
 
 def edge_group(session: Session, number: int) -> int:
@@ -502,7 +503,7 @@ def test_sliders_change_the_plots_and_nothing_else(estimated):
     (curve,) = dock.tuning.curves
     assert isinstance(curve, Tuned)
     assert curve.gamma == 1.3
-    line = dock._curve.axes.lines[-1]
+    line = dock._plots.curve.axes.lines[-1]
     np.testing.assert_allclose(line.get_ydata(), curve.to_irradiance(line.get_xdata()))
     assert labels(dock)[-1] == "tuned"
     assert dock.session.state is before
@@ -525,7 +526,7 @@ def test_sliders_are_followed_once_in_a_turn(dock, qtbot):
 def test_moving_a_slider_moves_the_drawn_curves(dock, qtbot):
     dock.session.set_response(Gamma(2.0))
     dock.tuning.on = True
-    line, rows = dock._curve.axes.lines[-1], dock._linear.axes.collections[0]
+    line, rows = dock._plots.curve.axes.lines[-1], dock._plots.linear.axes.collections[0]
     before = np.array(rows.get_segments())
     dock.tuning.tune(gamma=1.5)
     qtbot.waitUntil(lambda: not np.array_equal(rows.get_segments(), before))

@@ -1,6 +1,6 @@
 """The jobs of a session: each takes arrays and gives a record, and touches no layer."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TypeVar
@@ -11,7 +11,8 @@ from .._typing import FloatArray, Image
 from ..deconvolution import Deconvolver, deconvolving
 from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
-from ..estimate import ResponseFit
+from ..estimate import MaximumLikelihood, ResponseEstimate, ResponseFit
+from ..estimate.likelihood import LiveFit
 from ..io import read_photo
 from ..linear import Response, clipped_share, linearizing, reapplying
 from ..photo import check_photo, color
@@ -23,7 +24,7 @@ from ..pipeline import (
     suited_estimator,
     with_alpha_of,
 )
-from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
+from ..profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from ..progress import Job, Progress
 from ..psf import PsfEstimate, PsfEstimator, estimating_psf
 from .layers import Region, Source, planes_of
@@ -110,8 +111,38 @@ def fitting_response(
             groups += yield from gathering_profiles(method, photo, edges, index)
         except CrfDeblurError as error:
             raise CrfDeblurError(f"{other.name}: {error}") from error
-    estimates = yield from estimating_responses(groups, method)
-    return Fitted(estimates, tuple(groups), found)
+    estimates, fits = yield from _estimating(groups, method)
+    return Fitted(estimates, tuple(groups), found, fits)
+
+
+def following_edges(
+    last: Fitted, edges: EdgeSet, stay: Collection[int] | None = None
+) -> Job[Fitted | None]:
+    """Short job: the response after a change of the edges, from the last one.
+
+    Parameters
+    ----------
+    last : Fitted
+        From which it goes on; the profiles of other photos stay.
+    edges : EdgeSet
+        The edges now.
+    stay : collection of int, optional
+        Numbers of the edges that count; all of them by default.
+
+    Returns
+    -------
+    Fitted or None
+        None if it takes a full estimate.
+    """
+    yield Progress("following the edges", 0, 1)
+    own = edges.groups if stay is None else _only(edges.groups, stay)
+    groups = (*own, *(group for group in last.groups if group.sources[0].image > 0))
+    parts = _split(groups, len(last.fits))
+    fits = [fit.refit(part) for fit, part in zip(last.fits, parts, strict=True)]
+    found = tuple(fit for fit in fits if fit is not None)
+    if len(found) < len(fits) or not found:
+        return None
+    return Fitted(tuple(fit.estimate for fit in found), groups, edges, found)
 
 
 def linearizing_region(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
@@ -206,6 +237,33 @@ def previewing(
     rows, columns = inner
     photo = whole.photo[..., rows, columns, :] if source.rgb else whole.photo[..., rows, columns]
     return np.ascontiguousarray(photo)
+
+
+def _estimating(
+    groups: Sequence[ProfileGroup], method: ResponseFit | Sequence[ResponseFit]
+) -> Job[tuple[tuple[ResponseEstimate, ...], tuple[LiveFit, ...]]]:
+    """The estimates of all channels or of each, and their fits if all can follow the edges."""
+    methods = [method] if isinstance(method, ResponseFit) else method
+    able = [own for own in methods if isinstance(own, MaximumLikelihood)]
+    if len(able) < len(methods):
+        return (yield from estimating_responses(groups, method)), ()
+    fits = []
+    for own, part in zip(able, _split(groups, len(able)), strict=True):
+        fits.append((yield from own.fitting(part)))
+    return tuple(fit.estimate for fit in fits), tuple(fits)
+
+
+def _split(groups: Sequence[ProfileGroup], count: int) -> list[Sequence[ProfileGroup]]:
+    """The profiles for one response of all channels, or for that of each."""
+    return [groups] if count == 1 else [of_channel(groups, c) for c in range(count)]
+
+
+def _only(groups: Sequence[ProfileGroup], stay: Collection[int]) -> tuple[ProfileGroup, ...]:
+    """The profiles of some edges; groups left empty are dropped."""
+    masks = [[source.edge in stay for source in group.sources] for group in groups]
+    return tuple(
+        g.select(np.array(mask)) for g, mask in zip(groups, masks, strict=True) if any(mask)
+    )
 
 
 def _loading(source: Source, plane: Region) -> Job[Image]:

@@ -1,6 +1,7 @@
 """What the user prefers: the plugin's page in napari's settings."""
 
 from dataclasses import dataclass
+from pathlib import Path
 
 from npe2 import PluginManager
 
@@ -24,6 +25,8 @@ class Preferences:
         Whether a result with gamma 2.2 is put beside every restored photo.
     live : bool
         Whether the response is estimated again when the edges change.
+    cameras : str
+        Folder of stored cameras; none if empty.
     """
 
     blur_extent: float | None = None
@@ -31,6 +34,7 @@ class Preferences:
     deconvolution: str = "hyper-laplacian"
     compare: bool = False
     live: bool = True
+    cameras: str = ""
 
 
 def preferences() -> Preferences:
@@ -50,4 +54,16 @@ def preferences() -> Preferences:
         deconvolution=chosen.deconvolution,
         compare=chosen.compare,
         live=chosen.live,
+        cameras=chosen.cameras,
     )
+
+
+def prefer_cameras(folder: Path) -> None:
+    """Keep a folder of stored cameras in napari's settings, where the plugin has a page there."""
+    if PLUGIN not in PluginManager.instance():
+        return
+    from napari.settings import get_plugin_settings
+
+    settings = get_plugin_settings().get(PLUGIN)
+    if settings is not None:
+        settings.defaults.cameras = str(folder)

@@ -55,6 +55,8 @@ class Session(Workspace):
         Emitted after that part of the session has changed.
     selection_changed : Signal
         Emitted with the number of the edge that is selected, or None.
+    edges_changing : Signal
+        Emitted when the edges are about to change, with the numbers of those that stay.
     progressed : Signal
         Emitted with the :class:`~napari_crfdeblur.progress.Progress` of a verb.
     said : Signal

@@ -7,6 +7,7 @@ from napari.layers import Image as ImageLayer
 
 from ..edges import Edge
 from ..estimate import Finding, ResponseEstimate
+from ..estimate.likelihood import LiveFit
 from ..linear import Response
 from ..pipeline import joint_curve
 from ..profiles import ProfileGroup
@@ -73,11 +74,14 @@ class Fitted:
         Profiles that went into it; empty if it was given.
     edges : EdgeSet or None
         Edges of the photo at that time; None if it was given.
+    fits : tuple of LiveFit
+        What it takes to follow the edges from here, for each estimate; empty if it cannot.
     """
 
     estimates: tuple[ResponseEstimate, ...]
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
+    fits: tuple[LiveFit, ...] = ()
 
     @property
     def curve(self) -> Response:
@@ -140,7 +144,13 @@ class Action:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """All that is known of one photo; a step that fails leaves it as it was."""
+    """All that is known of one photo; a step that fails leaves it as it was.
+
+    Parameters
+    ----------
+    live : Fitted or None
+        The response that follows the edges while they change, to be looked at; no step uses it.
+    """
 
     edges: EdgeSet | None = None
     fitted: Fitted | None = None
@@ -151,6 +161,12 @@ class State:
     actions: tuple[Action, ...] = ()
     undo: tuple[EdgeSet | None, ...] = ()
     redo: tuple[EdgeSet | None, ...] = ()
+    live: Fitted | None = None
+
+    @property
+    def shown(self) -> Fitted | None:
+        """The response to look at: the one that follows the edges, or the one in force."""
+        return self.live or self.fitted
 
     def after(self, *actions: Action, **changes: Any) -> "State":
         """The state after some actions; of edges and curves set one after the other, the last."""

@@ -201,6 +201,11 @@ class Runner:
             self._live[step.title] = Lane(self._session, self.changed.emit)
         self._live[step.title].start(step)
 
+    def stop_live(self, title: str) -> None:
+        """Give up the step of a kind that runs beside the others, if there is one."""
+        if title in self._live:
+            self._live[title].cancel()
+
     def cancel(self) -> None:
         """Give up what is under way; nothing has changed then."""
         if self.title is not None:

@@ -1,6 +1,7 @@
 """What a session knows: the viewer, the photo, the state of each photo; without its verbs."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, TypeVar
 from weakref import WeakKeyDictionary
 
@@ -12,7 +13,7 @@ from psygnal import Signal
 from ..errors import CrfDeblurError
 from ..estimate import ResponseStatus
 from ..progress import Progress, drain
-from ..psf import PsfEstimate, PsfStatus
+from ..psf import PsfEstimate
 from . import layers
 from .layers import Region, Source, Span
 from .provenance import KEY, provenance
@@ -42,6 +43,8 @@ class Workspace:
         Emitted after that part of the session has changed.
     selection_changed : Signal
         Emitted with the number of the edge that is selected, or None.
+    edges_changing : Signal
+        Emitted when the edges are about to change, with the numbers of those that stay.
     progressed : Signal
         Emitted with the :class:`~napari_crfdeblur.progress.Progress` of a verb.
     said : Signal
@@ -54,6 +57,7 @@ class Workspace:
     psf_changed = Signal()
     layers_changed = Signal()
     selection_changed = Signal(object)
+    edges_changing = Signal(frozenset)
     progressed = Signal(Progress)
     said = Signal(Message)
 
@@ -188,13 +192,16 @@ class Workspace:
 
     def commit(self, photo: ImageLayer, state: State) -> None:
         """Keep what a step has found, and tell the views what has changed."""
-        before, self._states[photo] = self.state_of(photo), state
+        before = self.state_of(photo)
+        if state.fitted is not before.fitted and state.live is before.live:
+            state = replace(state, live=None)  # it followed from another response
+        self._states[photo] = state
         if photo is not self._photo:
             return
         if state.edges is not before.edges:
             self.selected = None
             self.edges_changed.emit()
-        if state.fitted is not before.fitted:
+        if state.fitted is not before.fitted or state.live is not before.live:
             self.response_changed.emit()
         if state.psf is not before.psf:
             self.psf_changed.emit()
@@ -215,7 +222,7 @@ class Workspace:
             doubt |= not {*statuses} <= {ResponseStatus.GOOD, ResponseStatus.GIVEN}
         if psf is not None:
             said.append(f"PSF: {psf.status.value}")
-            doubt |= psf.status is PsfStatus.DOUBTFUL
+            doubt |= psf.status.doubted
         self.say("\n".join(said), Level.DOUBT if doubt else Level.INFO)
 
     def _required_photo(self) -> ImageLayer:

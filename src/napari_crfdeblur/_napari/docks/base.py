@@ -5,7 +5,7 @@ from collections.abc import Callable
 from html import escape
 from typing import Any, TypeAlias
 
-from magicgui.widgets import ComboBox, Container, FloatSpinBox, Label, ProgressBar, PushButton
+from magicgui.widgets import ComboBox, Container, FloatSpinBox, ProgressBar, PushButton
 from magicgui.widgets.bases import Widget
 from napari import current_viewer
 from napari.components import ViewerModel
@@ -13,7 +13,6 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from napari.utils.theme import get_theme
 from psygnal import SignalInstance
-from qtpy.QtWidgets import QSizePolicy
 
 from ...errors import CrfDeblurError
 from ..outputs import RESTORED
@@ -22,6 +21,7 @@ from ..session import Session
 from ..step import Level, Message, Step
 from ..steps import detecting_edges
 from ..tasks import Make, Runner
+from .forms import sentence
 from .keys import FIND_EDGES, FLIP, UNDO_EDGES, Keys
 from .lifetime import Lifetime
 from .scrolled import Scrolled
@@ -246,11 +246,3 @@ class Dock(Container[Widget]):
         shade = SHADES[get_theme(self.session.viewer.theme).type].get(level)
         text = escape(text).replace("\n", "<br>")
         return f'<span style="color: {shade}">{text}</span>' if shade else text
-
-
-def sentence() -> Label:
-    """A text as wide as the widget, in as many lines as it needs."""
-    label = Label(value="")
-    label.native.setWordWrap(True)
-    label.native.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
-    return label

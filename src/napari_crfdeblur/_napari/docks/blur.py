@@ -14,17 +14,17 @@ from napari.utils.theme import get_theme
 from ..._typing import FloatArray
 from ...io import read_psf, write_psf
 from ...io.psfs import SUFFIXES
-from ...psf import PsfStatus, disk, gaussian, line
+from ...psf import disk, gaussian, line
 from ...report import draw_psf
 from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
 from ..psf_editing import PsfEditing
 from ..step import Level, Message, Step
 from ..steps import estimating_psf
-from .base import SHADES, Dock, Followed, sentence
+from .base import SHADES, Dock, Followed
 from .choices import AUTOMATIC, psf_estimators
 from .files import ask_open, ask_save
-from .forms import MethodForm, row
+from .forms import MethodForm, row, sentence
 from .plots import Plot
 
 PLANE, DRAWN = "the shown picture", "the drawn region"
@@ -245,7 +245,7 @@ class BlurDock(Dock):
         if psf is not None:
             height, width = psf.psf.shape
             text = f"{width} x {height} px: {psf.status.value}"
-        if psf is not None and psf.status is PsfStatus.DOUBTFUL:
+        if psf is not None and psf.status.doubted:
             shade = SHADES[get_theme(self.session.viewer.theme).type][Level.DOUBT]
         self._status.value = f'<span style="color: {shade}">{text}</span>' if shade else text
         self._plot.redraw()

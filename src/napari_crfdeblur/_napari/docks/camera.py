@@ -1,7 +1,8 @@
 """What is assumed of the camera, from which the most probable response starts."""
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from magicgui.widgets import ComboBox, Container, Label, PushButton
 from magicgui.widgets.bases import Widget
@@ -10,31 +11,36 @@ from napari.layers import Layer
 from qtpy.QtWidgets import QComboBox, QSizePolicy
 
 from ...errors import CrfDeblurError
-from ...io import read_responses
+from ...estimate import MaximumLikelihood, ResponseFit
+from ...io import CameraKey, read_responses
 from ...io.responses import responses_from
 from ...response import Cameras, ResponseCurve, ResponsePrior, around
 from ..outputs import made_of
 from ..provenance import KEY
 from ..session import Session
+from .stored import StoredCameras
 
+Choice: TypeAlias = Cameras | CameraKey | Layer | Path
 LEAST_LENGTH = 16  # characters
 
 
 class CameraBox(Container[Widget]):
-    """A choice of what is assumed of the camera: its kind, or a response that it is close to.
+    """What is assumed of the camera: a kind, a stored one, or a response that it is close to.
 
     Parameters
     ----------
     session : Session
         Whose layers and photos know of responses.
-    add : PushButton
-        Button that asks for a file with a response.
+    stored : StoredCameras
+        The cameras of which something is stored; that of the photo is chosen once it is known.
+    *buttons : PushButton
+        Buttons that ask for more to choose from.
     """
 
-    def __init__(self, session: Session, add: PushButton) -> None:
+    def __init__(self, session: Session, stored: StoredCameras, *buttons: PushButton) -> None:
         super().__init__(layout="horizontal", labels=False)
         self.margins = (0, 0, 0, 0)
-        self._session = session
+        self._session, self._stored = session, stored
         self._paths: list[Path] = []
         self._choice = ComboBox(
             choices=self._found,
@@ -45,32 +51,42 @@ class CameraBox(Container[Widget]):
         box.setSizeAdjustPolicy(QComboBox.SizeAdjustPolicy.AdjustToMinimumContentsLengthWithIcon)
         box.setMinimumContentsLength(LEAST_LENGTH)
         box.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
-        self.extend([Label(value="camera"), self._choice, add])
+        self.extend([Label(value="camera"), self._choice, *buttons])
+        self._choice.changed.connect(self._tell)
+        stored.changed_cameras.connect(self._choose_stored)
 
     @property
-    def chosen(self) -> Cameras | Layer | Path:
-        """A kind of camera, or what knows the response that it is close to."""
+    def chosen(self) -> Choice:
+        """A kind of camera, a stored one, or what knows the response that it is close to."""
         return self._choice.value
 
     @chosen.setter
-    def chosen(self, value: Cameras | Layer | Path) -> None:
+    def chosen(self, value: Choice) -> None:
         self._choice.value = value
 
     @property
-    def offered(self) -> tuple[Cameras | Layer | Path, ...]:
+    def offered(self) -> tuple[Choice, ...]:
         """All that can be chosen."""
         return self._choice.choices
 
     @property
-    def prior(self) -> Cameras | ResponsePrior:
-        """The assumption, as methods take it.
+    def key(self) -> CameraKey | None:
+        """The stored camera that is chosen, if it is one."""
+        return self.chosen if isinstance(self.chosen, CameraKey) else None
+
+    def method(self, method: MaximumLikelihood) -> ResponseFit:
+        """The method with what is assumed; a stored estimate as it is if it knows the photo.
 
         Raises
         ------
         CrfDeblurError
-            The chosen layer or file holds no single response.
+            The chosen layer or file holds no single response; nothing is stored any more.
         """
-        chosen = self.chosen
+        if self.key is not None:
+            return self._stored.method(self.key, method)
+        return replace(method, prior=self._prior(self.chosen))
+
+    def _prior(self, chosen: Cameras | Layer | Path) -> Cameras | ResponsePrior:
         if isinstance(chosen, Cameras):
             return chosen
         if isinstance(chosen, Path):
@@ -92,7 +108,17 @@ class CameraBox(Container[Widget]):
         """Offer what there is now; the chosen one stays if it still is."""
         self._choice.reset_choices()
 
-    def _found(self, _: Any) -> list[tuple[str, Cameras | Layer | Path]]:
+    def _tell(self) -> None:
+        self._stored.tell(self.key)
+
+    def _choose_stored(self) -> None:
+        """Offer the stored cameras, and choose that of the photo if it is one."""
+        self.refresh()
+        if self._stored.preferred is not None:
+            self.chosen = self._stored.preferred
+        self._tell()
+
+    def _found(self, _: Any) -> list[tuple[str, Choice]]:
         """Kinds of camera, and responses from elsewhere: what these edges told is no news."""
         photo = self._session.photo
         own = {} if photo is None else made_of(self._session, photo)
@@ -102,6 +128,7 @@ class CameraBox(Container[Widget]):
         close = [layer for layer in made if layer not in told]
         return [
             *((kind.value, kind) for kind in Cameras),
+            *((f"stored: {key}", key) for key in self._stored.keys),
             *((f"that of “{layer.name}”", layer) for layer in told),
             *((f"close to that of “{layer.name}”", layer) for layer in close),
             *((f"close to {path.name}", path) for path in self._paths),

@@ -18,10 +18,10 @@ from ...report.content import normalized
 from ..preferences import preferences
 from ..state import EdgeSet
 from ..step import Step
-from ..steps import detecting_edges, estimating_response, removing_edges, setting_edges
+from ..steps import detecting_edges, removing_edges, setting_edges
 from .base import Dock, Followed
-from .choices import PREFERRED, fits
 from .files import ask_open, ask_save
+from .following import Following
 from .forms import blur_extent_box, row
 from .keys import FIND_EDGES
 from .plots import Plot, palette_of
@@ -48,9 +48,10 @@ class EdgesDock(Dock):
         self._again = CheckBox(
             text="estimate the response at once",
             value=chosen.live,
-            tooltip="estimate the response whenever edges are drawn, moved or deleted; one that "
-            "was loaded or chosen stays",
+            tooltip="estimate the response whenever edges are drawn, moved or deleted: the curve "
+            "follows at once, and is confirmed after a pause; one that was loaded or chosen stays",
         )
+        self._following = Following(self.session, self.runner, lambda: bool(self._again.value))
         self._summary = Label(value="")
         self._table = EdgeTable()
         self._plot = Plot(self.session.viewer, self._draw)
@@ -158,7 +159,8 @@ class EdgesDock(Dock):
         session = self.session
         return [
             *super().followed(),
-            (session.photo_changed, self._remember),
+            (session.photo_changed, self._photo_changed),
+            (session.edges_changing, self._following.foresee),
             (session.edges_changed, self._edges_changed),
             (session.selection_changed, self._selection_changed),
         ]
@@ -167,13 +169,28 @@ class EdgesDock(Dock):
         super()._connect()
         self._seen = self.session.state.edges
         self._table.picked.connect(self._pick)
-        self._again.changed.connect(lambda wanted: self._estimate() if wanted else None)
+        self._again.changed.connect(self._follow_if)
         self._show_edges()
 
     def _other_shapes(self, _: Any) -> list[tuple[str, Shapes]]:
         session = self.session
         shapes = [layer for layer in session.viewer.layers if isinstance(layer, Shapes)]
         return [(s.name, s) for s in shapes if not session.drawing.owns(s)]
+
+    def _closed(self) -> None:
+        super()._closed()
+        self._following.end()
+
+    def _photo_changed(self) -> None:
+        self._following.end()
+        self._remember()
+
+    def _follow_if(self, wanted: bool) -> None:
+        """Estimate from the edges as they are, or follow them no more."""
+        if wanted:
+            self._following.estimate()
+        else:
+            self._following.end()
 
     def _remember(self) -> None:
         self._seen = self.session.state.edges
@@ -183,8 +200,8 @@ class EdgesDock(Dock):
         drawn = state.edges is not self._seen and state.actions[-1].verb == "set_edges"
         self._remember()
         self._show_edges()
-        if drawn and self._again.value:
-            self._estimate()
+        if drawn:
+            self._following.follow()
 
     def _show_edges(self) -> None:
         edges = self.session.state.edges
@@ -207,17 +224,6 @@ class EdgesDock(Dock):
         self._redo.enabled = idle and bool(state.redo)
         self._delete.enabled = idle and self.session.selected is not None
         self._save.enabled = state.edges is not None and bool(state.edges.edges)
-
-    def _estimate(self) -> None:
-        """Estimate the response as it was done last; one that was given is left alone."""
-        state, edges = self.session.state, self.session.state.edges
-        if edges is None or not edges.groups or (state.fitted and not state.fitted.groups):
-            return
-        done = [a.arguments for a in state.actions if a.verb == "estimate_response"]
-        method = fits().get(PREFERRED[preferences().response])
-        if done or method is not None:
-            how = done[-1] if done else {"method": method}
-            self.attempt(lambda: self.session.start(estimating_response(self.session, **how)))
 
     def _draw(self, ax: "Axes") -> None:
         """The profiles of the group of the selected edge, or of the largest group."""

@@ -1,9 +1,9 @@
-"""Asking for files: the only dialogs of the widgets."""
+"""Asking for files and names: the only dialogs of the widgets."""
 
 from collections.abc import Sequence
 from pathlib import Path
 
-from qtpy.QtWidgets import QFileDialog, QWidget
+from qtpy.QtWidgets import QFileDialog, QInputDialog, QWidget
 
 
 def ask_open(parent: QWidget, title: str, suffixes: Sequence[str]) -> Path | None:
@@ -30,6 +30,12 @@ def ask_folder(parent: QWidget, title: str) -> Path | None:
     """Folder to write to; None if the user thinks better of it."""
     path = QFileDialog.getExistingDirectory(parent, title)
     return Path(path) if path else None
+
+
+def ask_name(parent: QWidget, title: str, what: str) -> str | None:
+    """A name; None if the user thinks better of it."""
+    name, given = QInputDialog.getText(parent, title, what)
+    return name.strip() or None if given else None
 
 
 def _pattern(suffixes: Sequence[str]) -> str:

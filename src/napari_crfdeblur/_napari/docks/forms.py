@@ -8,9 +8,10 @@ from inspect import cleandoc
 from types import NoneType
 from typing import Any, get_args, get_type_hints
 
-from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, SpinBox
+from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox, Label, SpinBox
 from magicgui.widgets.bases import ValueWidget, Widget
 from psygnal import Signal
+from qtpy.QtWidgets import QSizePolicy
 
 LARGEST = 1e6
 LABELS = {"prior": "camera"}  # where the name of a field is no word of the user
@@ -122,6 +123,14 @@ def tight(*widgets: Widget, labels: bool = False, **options: Any) -> Container[W
 def row(*widgets: Widget) -> Container[Widget]:
     """Widgets beside one another."""
     return tight(*widgets, layout="horizontal")
+
+
+def sentence() -> Label:
+    """A text as wide as the widget, in as many lines as it needs."""
+    label = Label(value="")
+    label.native.setWordWrap(True)
+    label.native.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Minimum)
+    return label
 
 
 def blur_extent_box(value: float | None) -> FloatSpinBox:

@@ -1,48 +1,41 @@
 """The response: estimated from the edges, given or tuned by hand; how far it can be trusted."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from magicgui.widgets import CheckBox, ComboBox, FloatSpinBox, Label, Select
+from magicgui.widgets import CheckBox, ComboBox, FloatSpinBox, Label
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
-from ...estimate import KnownPsf, MaximumLikelihood, ResponseFit, ResponseStatus
-from ...io import read_responses, write_responses
+from ...errors import CrfDeblurError
+from ...estimate import KnownPsf, MaximumLikelihood, ResponseFit
+from ...io import CameraKey, write_responses
 from ...io.images import WRITABLE
 from ...io.responses import SUFFIXES, responses_from
 from ...linear import Response
-from ...profiles import ProfileGroup
-from ...report import Report, draw_profiles, draw_response, move_curves, move_profiles
-from ...report.content import channel_names, direction, sentences
 from ...response import Cameras, Gamma, ResponseCurve
+from ..cameras import UNKNOWN
 from ..layers import unwrapped
 from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted
-from ..step import Level, Message, Step
+from ..step import Message, Step
 from ..steps import estimating_response, setting_response
-from .base import Dock, Followed, sentence
+from .base import Dock, Followed
 from .camera import CameraBox
 from .choices import PREFERRED, fits, given
-from .files import ask_open, ask_open_many, ask_save
-from .forms import MethodForm, tight
-from .plots import Plot, palette_of
+from .files import ask_folder, ask_name, ask_open, ask_open_many, ask_save
+from .forms import MethodForm, sentence, tight
+from .further import FurtherPhotos
+from .response_plots import ResponsePlots
+from .stored import StoredCameras
+from .trust import trust_in_state
 from .tuning import Tuning
 
-if TYPE_CHECKING:
-    from matplotlib.artist import Artist
-    from matplotlib.axes import Axes
-
 GAMMA, KNOWN_PSF, KNOWN_PSF_EQ4 = "gamma", "known PSF", "known PSF, Eq. 4"
-LEAST_HEIGHT = 120  # pixels of a plot in a small window; all three grow with it
 SPACING = 4
-EARLIER = "estimated from earlier edges: estimate again"
-TRUSTED = {ResponseStatus.GOOD, ResponseStatus.GIVEN}
-NOTHING = "no response yet: estimate it from edges, load one, or use one that is known"
 
 
 class ResponseDock(Dock):
@@ -51,18 +44,17 @@ class ResponseDock(Dock):
     def body(self) -> list[Widget]:
         """How the response is found, what it is, and sliders to tune it."""
         self.native.layout().setSpacing(SPACING)
-        self._compared: dict[str, ResponseCurve] = {}
-        self._paths: list[Path] = []
         self._trust = sentence()
         use = self.button(
             "Use this curve", "make the tuned curve the response", lambda: self.use_tuned(False)
         )
         self._tuning = Tuning(self.session, self.runner, use)
+        self._plots = ResponsePlots(self.session, lambda: self._tuning.curves)
         return [
             *self._estimating(),
             *self._giving(),
             self._trust,
-            *self._plots(),
+            self._plots,
             self._tuning,
         ]
 
@@ -74,17 +66,19 @@ class ResponseDock(Dock):
     @property
     def others(self) -> list[ImageLayer | Path]:
         """Further photos of the same camera whose edges are used, too."""
-        return list(self._others.value) if self._pool.value else []
+        return self._further.chosen
 
     @others.setter
     def others(self, photos: Sequence[ImageLayer | Path | str]) -> None:
-        photos = [Path(p) if isinstance(p, str) else unwrapped(p) for p in photos]
-        self._add_files([photo for photo in photos if isinstance(photo, Path)])
-        self._pool.value = bool(photos)
-        self._others.value = photos
+        self._further.chosen = photos
 
     def step(self) -> Step[Any, Any]:
         """The response estimated from the edges."""
+        if self._per_channel.value and self._camera.visible and self._camera.key is not None:
+            raise CrfDeblurError(
+                "what is stored of a camera is one curve for all channels: choose a kind of "
+                "camera, or do without one curve per channel"
+            )
         return estimating_response(
             self.session,
             self._fit(),
@@ -116,18 +110,31 @@ class ResponseDock(Dock):
         else:
             self._camera.chosen = camera if isinstance(camera, Cameras) else unwrapped(camera)
 
+    def use_cameras(self, folder: Path | str) -> None:
+        """Use the stored cameras of a folder; that of the photo is chosen if it is stored."""
+        self._stored.choose_folder(Path(folder))
+
+    def keep(self, name: str | None = None, *, block: bool = True) -> Any:
+        """Add this estimate to what is stored of the camera.
+
+        Parameters
+        ----------
+        name : str, optional
+            Of the camera, if neither the photo says it nor a stored one is chosen.
+        block : bool
+            Wait for the end and return the sentence that says what is stored now.
+        """
+        return self.begin(lambda: self._keeping(name), self._stored.looking, block=block)
+
     def compare(self, path: Path | str | None) -> None:
         """Draw the response in a JSON file beside that of the photo; None draws no other."""
-        curves = read_responses(Path(path)) if path else ()
-        names = [f"{Path(path or '').stem} {name}".strip() for name in channel_names(len(curves))]
-        self._compared = dict(zip(names, curves, strict=False))
-        self._compare.text = "Compare no more" if curves else "Compare with..."
-        self._curve.redraw()
+        self._plots.compare(Path(path) if path else None)
+        self._compare.text = "Compare no more" if self._plots.compares else "Compare with..."
 
     def refresh(self) -> None:
         """Show the photo of the session, and offer what there is to choose from."""
         super().refresh()
-        self._others.reset_choices()
+        self._further.refresh()
         self._known.reset_choices()
         self._camera.refresh()
         photo = self.session.photo
@@ -150,7 +157,18 @@ class ResponseDock(Dock):
             "assume that the camera is close to the response in a JSON file",
             self._ask_assumed,
         )
-        self._camera = CameraBox(self.session, near)
+        stored = self.button(
+            "Stored...",
+            "choose the folder in which the estimates of each camera are kept",
+            self._ask_cameras,
+        )
+        keep = self.button(
+            "Keep",
+            "add this estimate to what is stored of the camera, for its next photos",
+            self._ask_keep,
+        )
+        self._stored = StoredCameras(self.session, keep)
+        self._camera = CameraBox(self.session, self._stored, near, stored)
         self._method.edited.connect(self._show_camera)
         self._show_camera()
         self._per_channel = CheckBox(
@@ -159,21 +177,8 @@ class ResponseDock(Dock):
             tooltip="estimate red, green and blue apart, each from its own profiles; "
             "for color photos",
         )
-        self._pool = CheckBox(
-            text="with further photos of the same camera",
-            value=False,
-            tooltip="their edges add to those of this photo, if they were taken with the same "
-            "settings",
-        )
-        self._others = Select(
-            choices=self._further,
-            tooltip="photos of the same camera; edges that they have in this session are used, "
-            "otherwise they are found automatically",
-        )
-        self._others.native.setMaximumHeight(70)
         add = self.button("Add files...", "choose photos that are not open", self._ask_files)
-        self._further_box = tight(self._others, add, visible=False)
-        self._pool.changed.connect(self._show_further)
+        self._further = FurtherPhotos(self.session, lambda: self._photos(None), add)
         estimate = self.button(
             "Estimate the response",
             "find the curve that makes the profiles across the edges fall on one another",
@@ -182,9 +187,9 @@ class ResponseDock(Dock):
         return [
             self._method,
             self._camera,
+            self._stored,
             self._per_channel,
-            self._pool,
-            self._further_box,
+            self._further,
             estimate,
         ]
 
@@ -213,21 +218,6 @@ class ResponseDock(Dock):
             tight(load, save, self._compare, layout="horizontal"),
         ]
 
-    def _plots(self) -> list[Widget]:
-        viewer = self.session.viewer
-        self._group = ComboBox(
-            label="profiles of group",
-            choices=self._groups,
-            tooltip="edges of one orientation; follows the edge that is selected",
-        )
-        self._group.changed.connect(self._redraw_profiles)
-        self._curve = Plot(viewer, self._draw_curve, height=LEAST_HEIGHT)
-        self._recorded = Plot(viewer, self._draw_recorded, height=LEAST_HEIGHT)
-        self._linear = Plot(viewer, self._draw_linear, height=LEAST_HEIGHT)
-        profiles = tight(self._recorded, self._linear, layout="horizontal")
-        profiles.native.setSizePolicy(self._curve.native.sizePolicy())
-        return [self._curve, tight(self._group, labels=True), profiles]
-
     def _say(self, message: Message) -> None:
         """Say it; how far the response can be trusted is said above."""
         super()._say(Message("") if message.text.startswith("response: ") else message)
@@ -237,23 +227,26 @@ class ResponseDock(Dock):
         session = self.session
         return [
             *super().followed(),
-            (session.response_changed, self._response_changed),
-            (session.edges_changed, self._edges_changed),
+            *self._plots.followed(),
+            (session.response_changed, self._show_trust),
+            (session.edges_changed, self._show_trust),
             (session.psf_changed, self._offer_methods),
-            (session.selection_changed, self._show_group_of),
+            (session.photo_changed, self._stored.look),
         ]
 
     def _connect(self) -> None:
         super()._connect()
-        self._tuning.toggled.connect(self._redraw_curves)
-        self._tuning.moved.connect(self._move_curves)
+        self._tuning.toggled.connect(self._plots.redraw_curves)
+        self._tuning.moved.connect(self._plots.move_curves)
         self.session.viewer.events.theme.connect(self._show_trust)
         self._show_trust()
+        self._stored.look()
 
     def _opened(self) -> None:
         super()._opened()
         self.session.viewer.events.theme.connect(self._show_trust)
         self._tuning.watch()
+        self._stored.look()  # the photo may be another one by now
 
     def _closed(self) -> None:
         super()._closed()
@@ -271,25 +264,23 @@ class ResponseDock(Dock):
         """The method with all that is chosen for it."""
         method: ResponseFit = self._method.method
         if isinstance(method, MaximumLikelihood):
-            return replace(method, prior=self._camera.prior)
+            return self._camera.method(method)
         return method
+
+    def _keeping(self, name: str | None) -> Step[str, str]:
+        key = self._stored.key(self._camera.key)
+        if key is None and not name:
+            raise CrfDeblurError(UNKNOWN)
+        return self._stored.keeping(key or CameraKey("", str(name)))
 
     def _show_camera(self) -> None:
         """The methods of the paper assume nothing of the camera."""
         chosen = self._methods().get(self._method.chosen)
         self._camera.visible = isinstance(chosen, MaximumLikelihood)
+        self._stored.visible = self._camera.visible and self._stored.folder is not None
 
     def _offer_methods(self) -> None:
         self._method.offer(self._methods())
-
-    def _further(self, _: Any) -> list[tuple[str, ImageLayer | Path]]:
-        """Photos beside the one at work: layers that were not made here, and added files."""
-        layers = [
-            (name, layer)
-            for name, layer in self._photos(None)
-            if layer is not self.session.photo and KEY not in layer.metadata
-        ]
-        return [*layers, *((str(path), path) for path in self._paths)]
 
     def _known_responses(self, _: Any) -> list[tuple[str, str | Layer]]:
         """Curves that can be assumed, and layers that say with which they were made."""
@@ -311,104 +302,39 @@ class ResponseDock(Dock):
         curve: ResponseCurve = given()[known].curve
         return curve
 
-    def _groups(self, _: Any) -> list[tuple[str, int]]:
-        edges = self.session.state.edges
-        return [
-            (f"{number}: edges at {direction(group)}, {len(group)} profiles", number - 1)
-            for number, group in enumerate(edges.groups if edges else (), start=1)
-        ]
-
-    def _chosen_group(self) -> ProfileGroup | None:
-        edges, number = self.session.state.edges, self._group.value
-        return None if edges is None or number is None else edges.groups[number]
-
-    def _curves(self) -> Sequence[ResponseCurve]:
-        """The response as it is, or as it is tuned."""
-        fitted = self.session.state.fitted
-        return self._tuning.curves or [e.curve for e in (fitted.estimates if fitted else ())]
-
-    def _response_changed(self) -> None:
-        self._show_trust()
-        self._redraw_curves()
-
-    def _edges_changed(self) -> None:
-        self._group.reset_choices()
-        self._show_trust()
-        self._redraw_profiles()
-
-    def _show_group_of(self, number: int | None) -> None:
-        """Show the group of the selected edge."""
-        edges = self.session.state.edges
-        group = -1 if edges is None or number is None else edges.group_numbers[number]
-        if group >= 0:
-            self._group.value = group
-
-    def _show_further(self) -> None:
-        self._further_box.visible = bool(self._pool.value)
-
     def _show_gamma(self) -> None:
         self._gamma.visible = self._known.value == GAMMA
 
     def _show_trust(self) -> None:
         """Say how far the response can be trusted, and what to do if it cannot."""
-        fitted = self.session.state.fitted
-        self._trust.value = self.shaded(*trust_in(fitted, self._earlier()))
-        self._trust.tooltip = "\n".join(f.value for f in fitted.findings) if fitted else ""
-
-    def _earlier(self) -> bool:
-        """Whether the edges have changed since the response was estimated from them."""
         state = self.session.state
-        edges = state.fitted.edges if state.fitted else None
-        return edges is not None and edges is not state.edges
-
-    def _redraw_curves(self) -> None:
-        self._curve.redraw()
-        self._linear.redraw()
-
-    def _redraw_profiles(self) -> None:
-        self._recorded.redraw()
-        self._linear.redraw()
-
-    def _move_curves(self) -> None:
-        """Follow the sliders."""
-        curves, group = self._curves(), self._chosen_group()
-        if self._tuning.curves:
-            self._curve.move(lambda lines: move_curves(lines, curves))
-        if group is not None and curves:
-            self._linear.move(lambda lines: move_profiles(lines[0], group, curves))
-
-    def _draw_curve(self, ax: "Axes") -> "Sequence[Artist]":
-        fitted, palette = self.session.state.fitted, palette_of(self.session.viewer)
-        estimates = fitted.estimates if fitted else ()
-        references = {"gamma 2.2": Gamma(2.2)} | self._compared
-        curves = self._tuning.curves
-        return draw_response(ax, estimates, references, tuned=curves, palette=palette)
-
-    def _draw_recorded(self, ax: "Axes") -> "Sequence[Artist]":
-        group = self._chosen_group()
-        if group is None:
-            return _note(ax, "no profiles yet:\nfind or draw edges")
-        return [draw_profiles(ax, group, palette=palette_of(self.session.viewer))]
-
-    def _draw_linear(self, ax: "Axes") -> "Sequence[Artist]":
-        group, curves = self._chosen_group(), self._curves()
-        if group is None or not curves:
-            return _note(ax, "no response yet")
-        return [draw_profiles(ax, group, curves, palette=palette_of(self.session.viewer))]
-
-    def _add_files(self, paths: Sequence[Path]) -> None:
-        chosen = list(self._others.value)
-        self._paths += [path for path in paths if path not in self._paths]
-        self._others.reset_choices()
-        self._others.value = [*chosen, *(path for path in paths if path not in chosen)]
+        self._trust.value = self.shaded(*trust_in_state(state))
+        findings = state.shown.findings if state.shown else ()
+        self._trust.tooltip = "\n".join(finding.value for finding in findings)
 
     def _ask_files(self) -> None:
-        self._add_files(ask_open_many(self.native, "Photos of the same camera", WRITABLE))
+        self._further.add_files(ask_open_many(self.native, "Photos of the same camera", WRITABLE))
 
     def _ask_assumed(self) -> None:
         path = ask_open(self.native, "Camera response that is close", SUFFIXES)
         if path is not None:
             self.attempt(lambda: self.assume(path))
+
+    def _ask_cameras(self) -> None:
+        folder = ask_folder(self.native, "Folder of stored cameras")
+        if folder is not None:
+            self.attempt(lambda: self.use_cameras(folder))
+
+    def _ask_keep(self) -> None:
+        def act() -> None:
+            name = None
+            if self._stored.key(self._camera.key) is None:
+                name = ask_name(self.native, "Stored cameras", "Name of the camera")
+                if name is None:
+                    return
+            self.keep(name, block=False)
+
+        self.attempt(act)
 
     def _ask_load(self) -> None:
         path = ask_open(self.native, "Camera response", SUFFIXES)
@@ -421,40 +347,9 @@ class ResponseDock(Dock):
             self.attempt(lambda: self.save(path))
 
     def _ask_compare(self) -> None:
-        if self._compared:
+        if self._plots.compares:
             self.compare(None)
             return
         path = ask_open(self.native, "Camera response to compare with", SUFFIXES)
         if path is not None:
             self.attempt(lambda: self.compare(path))
-
-
-def trust_in(fitted: Fitted | None, earlier: bool) -> tuple[str, Level]:
-    """What to tell of a response, and how it is meant.
-
-    Parameters
-    ----------
-    fitted : Fitted or None
-        The response, if there is one.
-    earlier : bool
-        Whether it was estimated from edges that have changed since.
-    """
-    if fitted is None:
-        return NOTHING, Level.INFO
-    statuses = {estimate.status for estimate in fitted.estimates}
-    bare = [replace(estimate, findings=()) for estimate in fitted.estimates]
-    said = sentences(Report("", responses=bare))
-    text = " ".join(f"{name}: {sentence}" for name, sentence in said.items())
-    text = "\n".join([text, *fitted.doubts])
-    if ResponseStatus.NOT_CONVERGED in statuses:
-        return text, Level.ERROR
-    if earlier:
-        return f"Response {EARLIER}.", Level.DOUBT
-    return text, Level.INFO if statuses <= TRUSTED else Level.DOUBT
-
-
-def _note(ax: "Axes", text: str) -> "Sequence[Artist]":
-    """Say on empty axes why they are empty."""
-    ax.set_axis_off()
-    ax.text(0.5, 0.5, text, transform=ax.transAxes, ha="center", va="center", fontsize=8)
-    return []

@@ -21,9 +21,9 @@ from ..steps import (
     reapplying,
     restoring,
 )
-from .base import Dock, Followed, sentence
+from .base import Dock, Followed
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
-from .forms import MethodForm, row
+from .forms import MethodForm, row, sentence
 from .keys import PREVIEW
 
 WHOLE, SLICE, VISIBLE = "all of it", "the shown slice only", "the visible part only"

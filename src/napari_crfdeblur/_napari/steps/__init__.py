@@ -6,9 +6,10 @@ from typing import Any
 from ..step import Step
 from .batch import BatchResult, restoring_files, restoring_layers
 from .blur import estimating_psf, setting_psf
+from .cameras import keeping_camera, looking_up_cameras
 from .edges import ONE_SLICE, detecting_edges, joined, removing_edges, setting_edges
 from .export import EXPORTS, exporting
-from .response import estimating_response, setting_response
+from .response import estimating_response, following_edges, setting_response
 from .restore import (
     comparing,
     deblurring,
@@ -31,8 +32,11 @@ __all__ = [
     "estimating_psf",
     "estimating_response",
     "exporting",
+    "following_edges",
     "joined",
+    "keeping_camera",
     "linearizing",
+    "looking_up_cameras",
     "previewing",
     "reapplying",
     "removing_edges",

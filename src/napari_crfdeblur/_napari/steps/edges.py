@@ -56,6 +56,10 @@ def setting_edges(
         "set_edges", items=tuple(items), blur_extent=blur_extent, plane=stack_index(where)
     )
     job = jobs.refining_edge_set(source, where, tuple(items), extent)
+    if before is not None:
+        wanted = set(items)
+        stay = frozenset(n for n, edge in enumerate(before.edges) if edge in wanted)
+        session.edges_changing.emit(stay)
     finish = _keeping(session, photo, source, before, action, "refining edges")
     return Step("refining edges", job, finish)
 

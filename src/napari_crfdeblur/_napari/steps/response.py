@@ -1,6 +1,7 @@
 """Steps that change the response."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -45,6 +46,40 @@ def estimating_response(
 
     job = jobs.fitting_response(source, edges, [fit] * 3 if per_channel else fit, further)
     return Step("estimating the response", job, finish)
+
+
+def following_edges(
+    session: Workspace, stay: Collection[int] | None = None
+) -> Step[Fitted | None, Fitted | None]:
+    """The response after a change of the edges, at once from the last one.
+
+    It is kept beside the response, which it changes no more than the record of what was done.
+
+    Parameters
+    ----------
+    session : Workspace
+    stay : collection of int, optional
+        Numbers of the edges that count; all of them by default.
+
+    Raises
+    ------
+    CrfDeblurError
+        There are no edges, or the response is none that can follow them.
+    """
+    photo, _ = session.source()
+    edges, fitted = session.required_edges(), session.required_response()
+    last = session.state.live or fitted
+    if not last.fits:
+        raise CrfDeblurError("only a response of maximum likelihood can follow the edges")
+
+    @at_once
+    def finish(live: Fitted | None) -> Fitted | None:
+        state = session.state_of(photo)
+        if live is not None and state.edges is edges and state.fitted is fitted:
+            session.commit(photo, replace(state, live=live))
+        return live
+
+    return Step("following the edges", jobs.following_edges(last, edges, stay), finish)
 
 
 def unless_default(fit: ResponseFit) -> ResponseFit | None:
