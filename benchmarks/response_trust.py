@@ -5,8 +5,9 @@
 
 The default estimator beside fixed curves and Eq. 10 of Kim et al. 2012. The error is that of the
 inverse response after the best affine alignment over the range of intensity that the profiles
-cover. A prior of DoRF always leaves out the true curve and its near duplicates. The suites of
-photos are those of ``suites.py``: edges found automatically, JPEG, one response for all channels.
+cover. A prior of DoRF always leaves out the true curve and its near duplicates. Beside the errors
+on ideal profiles stand the least ones to expect, of ``cramer_rao.py``. The suites of photos are
+those of ``suites.py``: edges found automatically, JPEG, one response for all channels.
 """
 
 import argparse
@@ -16,6 +17,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import suites
+from cramer_rao import Bound, bound
 from numpy.typing import NDArray
 from response_estimation import cpu, shaken_profiles, table
 from scipy import fft
@@ -37,6 +39,7 @@ from napari_crfdeblur.estimate import (
 from napari_crfdeblur.estimate.band import covered_range
 from napari_crfdeblur.pipeline import profiles_for
 from napari_crfdeblur.profiles import ProfileGroup
+from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf
 from napari_crfdeblur.quality import psnr, response_error
 from napari_crfdeblur.response import (
@@ -67,6 +70,7 @@ FIXED: dict[str, ResponseCurve] = {
     "DoRF mean": dorf_mean(),
 }
 PAPER = RankMinimization(polynomial=PolynomialFit(resamples=0))
+COLUMNS = {"prior": "bound", "alone": "without prior", "floor": "floor"}  # of bounds
 DUPLICATE = 0.004  # rms difference of two responses of DoRF that are one film
 IDEAL = {
     "4 groups x 8, 8 bit": (ProfileCase(groups=4), 0.0),
@@ -176,16 +180,36 @@ def trust_table(tallies: dict[str, Tally], method: str) -> None:
     table(["", "worse", "in band", "good", "doubtful", "cannot tell", "not converged"], rows)
 
 
+def bounds_table(tallies: dict[str, Tally], bounds: dict[str, list[Bound]], method: str) -> None:
+    print(
+        f"Errors of {method} beside the bound of Cramer and Rao, with the prior and without, and "
+        "the floor, mean / median; then the mean error over the mean bound, and over that of "
+        "bound and floor together\n"
+    )
+    rows = []
+    for case, own in bounds.items():
+        errors = np.array(tallies[case].errors[method])
+        least = {name: np.array([getattr(b, name) for b in own]) for name in COLUMNS}
+        cells = [f"{short(v.mean())} / {short(np.median(v))}" for v in (errors, *least.values())]
+        both = np.hypot(least["prior"], least["floor"])
+        ratios = [f"{errors.mean() / v.mean():.2f}" for v in (least["prior"], both)]
+        rows.append([case, str(len(own)), *cells, *ratios])
+    table(["", "cases", method, *COLUMNS.values(), "/ bound", "/ bound and floor"], rows)
+
+
 def ideal(every: int) -> None:
     tallies = {name: Tally() for name in IDEAL}
+    bounds: dict[str, list[Bound]] = {name: [] for name in IDEAL}
     for name, (case, noise) in IDEAL.items():
         for seed, truth in list(enumerate(suites.dorf_curves()))[::every]:
-            groups = random_profiles(Camera(truth, noise=noise), case, seed=seed)
-            prior = without(truth)
+            camera, prior = Camera(truth, noise=noise), without(truth)
+            groups = random_profiles(camera, case, seed=seed)
             methods = {"Eq. 10": (PAPER, groups), "likelihood": (MaximumLikelihood(prior), groups)}
             measure(tallies[name], groups, truth, methods, prior)
+            bounds[name].append(bound(camera, case, prior, covered_range(groups), seed=seed))
     errors_table("Ideal profiles, responses of DoRF, prior without the true one", tallies)
     trust_table(tallies, "likelihood")
+    bounds_table(tallies, bounds, "likelihood")
 
 
 def known_psf(every: int) -> None:
@@ -311,6 +335,14 @@ def speed() -> None:
         f"irfft2 of 3072 x 4096 float32, {pair:.0f} ms of CPU\n"
     )
     times = {n: cpu(lambda m=m: estimate_response(groups, m), 3) for n, m in works.items()}
+    live = drain(MaximumLikelihood().fitting(groups))
+    first, *rest = groups
+    fewer = [first.select(np.arange(1, len(first))), *rest]
+    times["likelihood, 12 directions, live, without an edge"] = cpu(lambda: live.refit(fewer), 15)
+    live = drain(MaximumLikelihood().fitting(fewer))
+    times["likelihood, 12 directions, live, with an edge more"] = cpu(
+        lambda: live.refit(groups), 15
+    )
     table(
         ["method", "CPU ms", "pairs"],
         [[n, f"{ms:.0f}", f"{ms / pair:.2f}"] for n, ms in times.items()],
