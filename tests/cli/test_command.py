@@ -149,6 +149,32 @@ def test_psf_writes_a_psf():
     assert psf.sum() == pytest.approx(1)
 
 
+@pytest.mark.parametrize(
+    ("command", "edges"), [("psf", ["--from", "edges"]), ("deblur", ["--psf", "edges"])]
+)
+def test_the_psf_can_be_found_from_edges_alone(simulated, capsys, command, edges):
+    known = ["--response", "gamma:1.5", "--edges", "edges.json", "--blur-extent", 17]
+    size = ["--psf-size", 13, "--report", "report.html", "-o", "out.png"]
+    assert run(command, "photo.png", *known, *edges, *size) == 0
+    said = capsys.readouterr().out
+    assert "PSF: " in said
+    assert "wrote out.png" in said
+    assert "PSF, orientations" in Path("report.html").read_text(encoding="utf-8")
+    if command == "deblur":
+        assert read_photo(Path("out.png")).shape == simulated.photo.shape
+
+
+def test_nothing_is_said_of_a_range_that_no_edge_covers(capsys):
+    smooth = np.linspace(40, 200, 160 * 210).reshape(160, 210).astype(np.uint8)
+    write_photo(Path("smooth.png"), smooth)
+    known = ["--psf", "psf.npy", "--blur-extent", 17, "--report", "report.html"]
+    assert run("deblur", "smooth.png", *known, "-o", "out.png") == 0
+    said = capsys.readouterr().out
+    assert "response: the edges cannot tell the response" in said
+    assert "(intensity" not in said
+    assert "covered intensity" not in Path("report.html").read_text(encoding="utf-8")
+
+
 def test_simulate_writes_the_truth_beside_the_photo():
     assert (
         run(

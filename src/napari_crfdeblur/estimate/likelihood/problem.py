@@ -11,6 +11,7 @@ they are eliminated one after the other (Schur complements), down to the few coe
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -59,8 +60,14 @@ class Shift:
 
     def precision(self, channels: int) -> FloatArray:
         """Inverse covariance `P` of the shifts of the channels of an edge, shape (C, C)."""
-        covariance = self.channel**2 * np.eye(channels) + self.edge**2
-        return np.linalg.inv(covariance)
+        return _precision(self.edge, self.channel, channels)
+
+
+@lru_cache(maxsize=64)
+def _precision(edge: float, channel: float, channels: int) -> FloatArray:
+    precision = np.linalg.inv(channel**2 * np.eye(channels) + edge**2)
+    precision.setflags(write=False)
+    return precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)

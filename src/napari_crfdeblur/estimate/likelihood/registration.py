@@ -31,11 +31,11 @@ def misregistration(found: Found) -> FloatArray:
     ndarray, shape (C, 2)
         0 for gray photos, and along a direction that no edge crosses.
     """
-    channels = [_channels(group) for group in found.problem.groups]
-    count = 1 + max(int(channel.max()) for channel in channels)
-    displacement = np.zeros((count, 2))
+    groups = found.problem.groups
+    count = 1 + max(source.channel for group in groups for source in group.group.sources)
     if count == 1:
-        return displacement
+        return np.zeros((1, 2))
+    channels = [_channels(group) for group in groups]
     free = _freed(found.problem)
     state = free.normal(found.state).step(found.state, 0.0, 1.0)
     rows, values = [], []
@@ -64,8 +64,11 @@ def _freed(problem: Problem) -> Problem:
 
 def _channels(group: EdgeGroup) -> Image:
     """Color channel of each profile, shape (E, C); 0 where there is none."""
-    channels = np.zeros(group.present.shape, dtype=np.int64)
-    for row, (photo, edge) in enumerate(group.edges):
-        own = [s.channel for s in group.group.sources if (s.image, s.edge) == (photo, edge)]
-        channels[row, : len(own)] = own
+    sources = group.group.sources
+    rows = {(photo, edge): row for row, (photo, edge) in enumerate(group.edges.tolist())}
+    channels, filled = np.zeros(group.present.shape, dtype=np.int64), np.zeros(len(rows), int)
+    for source in sources:
+        row = rows[source.image, source.edge]
+        channels[row, filled[row]] = source.channel
+        filled[row] += 1
     return channels
