@@ -14,7 +14,9 @@ from pytestqt.qtbot import QtBot
 from napari_crfdeblur import CrfDeblurError, PsfEstimate, Session
 from napari_crfdeblur._napari.docks import BlurDock
 from napari_crfdeblur._napari.docks.blur import DISK, DRAWN, GAUSSIAN, LINE
-from napari_crfdeblur.psf import PsfStatus, cleared, disk, gaussian, line
+from napari_crfdeblur._napari.docks.choices import AUTOMATIC, FROM_EDGES
+from napari_crfdeblur._napari.state import EdgeSet
+from napari_crfdeblur.psf import PsfStatus, RadonFit, cleared, disk, gaussian, line
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Simulated
 
@@ -88,6 +90,45 @@ def test_only_the_drawn_region_is_looked_at(dock: BlurDock) -> None:
     (action,) = [a for a in dock.session.state.actions if a.verb == "estimate_psf"]
     assert action.arguments["region"] == ((10, 251), (20, 261))
     assert dock.draw_region() is layer
+
+
+def test_a_psf_from_edges_can_be_undone(dock: BlurDock, found: EdgeSet) -> None:
+    session = dock.session
+    session.commit(session.photo, session.state.with_edges(found))
+    session.set_psf(disk(4))
+    dock._method.chosen = FROM_EDGES
+    dock._method.field("size").value = 13
+    psf = dock.run().psf
+    shown(dock)
+    assert session.state.actions[-1].arguments == {"method": RadonFit(size=13)}
+    assert not np.array_equal(psf, disk(4))
+    button(dock, "Undo")()
+    np.testing.assert_array_equal(session.state.psf.psf, disk(4))
+    shown(dock)
+
+
+def test_without_edges_a_psf_from_them_is_refused_in_a_sentence(
+    qtbot: QtBot, dock: BlurDock, said: list[str]
+) -> None:
+    dock._method.chosen = FROM_EDGES
+    dock.run(block=False)
+    qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
+    assert said[-1].endswith("there are no edges to find the PSF from; find or draw edges first")
+    assert dock.session.state.psf is None
+
+
+def test_a_drawn_region_is_not_asked_for_if_edges_alone_count(
+    dock: BlurDock, found: EdgeSet
+) -> None:
+    session = dock.session
+    session.commit(session.photo, session.state.with_edges(found))
+    dock.draw_region()  # and nothing drawn
+    dock._method.chosen = FROM_EDGES
+    assert not dock._where.enabled
+    dock.run()
+    assert "region" not in session.state.actions[-1].arguments
+    dock._method.chosen = AUTOMATIC
+    assert dock._where.enabled
 
 
 @pytest.mark.parametrize("rows", [(-30, 20), (290, 330)])

@@ -12,7 +12,13 @@ from napari_crfdeblur._napari.docks import EdgesDock, ResponseDock, following
 from napari_crfdeblur._napari.docks.trust import EARLIER, FOLLOWS
 from napari_crfdeblur._napari.state import Fitted
 from napari_crfdeblur._napari.steps import estimating_response, following_edges
-from napari_crfdeblur.estimate import MeanProfile
+from napari_crfdeblur.estimate import (
+    Finding,
+    MaximumLikelihood,
+    MeanProfile,
+    ResponseStatus,
+    estimate_response,
+)
 from napari_crfdeblur.response import Gamma
 
 pytestmark = pytest.mark.usefixtures("qapp")
@@ -97,7 +103,9 @@ def test_undo_takes_back_edges_and_knows_nothing_of_live_curves(paused: EdgesDoc
     assert session.state.edges is before
     again = session.state.live
     assert again.edges is before
-    np.testing.assert_allclose(irradiance(again), irradiance(session.state.fitted), atol=2e-3)
+    # The search ends a little before the minimum, to which the steps of each change go on: they
+    # settle .002 from it here, of irradiance, less than the error to expect.
+    np.testing.assert_allclose(irradiance(again), irradiance(session.state.fitted), atol=5e-3)
 
 
 def test_of_many_changes_only_the_last_is_estimated_in_full(
@@ -211,10 +219,8 @@ def test_the_profiles_of_further_photos_stay(paused: EdgesDock, blurred: Any) ->
     assert [g for g in session.state.live.groups if g.sources[0].image] == further
 
 
-def test_too_few_edges_are_told_and_not_followed(paused: EdgesDock) -> None:
+def test_without_a_usable_edge_what_was_assumed_is_followed(paused: EdgesDock) -> None:
     session = paused.session
-    said: list[Any] = []
-    session.said.connect(said.append)
     before = session.state.fitted
     flat = [
         replace(group, sides=np.full_like(group.sides, 0.5)) for group in session.state.edges.groups
@@ -222,7 +228,23 @@ def test_too_few_edges_are_told_and_not_followed(paused: EdgesDock) -> None:
     edges = replace(session.state.edges, groups=tuple(flat))
     session.commit(session.photo, replace(session.state, edges=edges))
     paused._following.follow()
-    assert "add straight edges" in said[-1].text
+    (live,) = session.state.live.estimates
+    assert live.status is ResponseStatus.CANNOT_TELL
+    assert live.findings == (Finding.NO_EDGES,)
+    assumed = estimate_response((), MaximumLikelihood()).curve.to_irradiance(LEVELS)
+    np.testing.assert_array_equal(live.curve.to_irradiance(LEVELS), assumed)
+    assert session.state.fitted is before
+    assert paused._following.waits
+
+
+def test_too_few_edges_for_a_method_of_the_paper_are_told(dock: EdgesDock, qtbot: QtBot) -> None:
+    session = dock.session
+    said: list[Any] = []
+    session.said.connect(said.append)
+    before = session.estimate_response(MeanProfile())
+    session.set_edges(session.state.edges.edges[:1])
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=20000)
+    assert "at least 3 straight edges" in said[-1].text
     assert session.state.fitted is before
 
 

@@ -17,7 +17,7 @@ from napari_crfdeblur.estimate import (
     RankMinimization,
     Tail,
 )
-from napari_crfdeblur.psf import line
+from napari_crfdeblur.psf import RadonFit, line
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 
 OFFERED = {
@@ -55,6 +55,16 @@ def test_zero_stands_for_automatic(qtbot: QtBot) -> None:  # noqa: ARG001
     shown = form({"hyper": HyperLaplacian(weight=0.5)})
     shown.field("weight").value = 0
     assert shown.method == HyperLaplacian(weight=None)
+
+
+def test_a_whole_number_can_be_automatic_too(qtbot: QtBot) -> None:  # noqa: ARG001
+    shown = form({"edges": RadonFit()})
+    assert shown.field("size").value == 0
+    shown.field("size").value = 25
+    assert shown.method == RadonFit(size=25)
+    assert isinstance(shown.method.size, int)
+    shown.field("size").value = 0
+    assert shown.method == RadonFit()
 
 
 def test_methods_within_methods_have_controls_too(qtbot: QtBot) -> None:  # noqa: ARG001

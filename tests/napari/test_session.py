@@ -23,7 +23,7 @@ from napari_crfdeblur.estimate import (
     ResponseStatus,
 )
 from napari_crfdeblur.io import to_record, write_edges, write_photo, write_psf, write_responses
-from napari_crfdeblur.psf import GivenPsf, delta, line
+from napari_crfdeblur.psf import GivenPsf, RadonFit, delta, line
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 from napari_crfdeblur.simulate import Simulated
 
@@ -86,6 +86,55 @@ def test_all_in_one_uses_the_edges_that_are_there(edged: Session) -> None:
     edged.set_edges(kept)
     edged.deblur(DeblurOptions(psf=GivenPsf(line(5, 0.3)), method=Wiener()))
     assert edged.state.fitted.edges.edges == kept
+
+
+def test_a_psf_from_edges_alone_is_recorded_and_repeated(
+    edged: Session, blurred: Simulated
+) -> None:
+    edged.set_edges([edge for edge in edged.state.edges.edges if edge.good])
+    edged.set_response(Gamma(1.8))
+    found = edged.estimate_psf(RadonFit(size=13))
+    assert {"orientations", "gap"} <= set(found.diagnostics)
+    action = edged.state.actions[-1]
+    assert (action.verb, action.arguments) == ("estimate_psf", {"method": RadonFit(size=13)})
+    assert "session.estimate_psf(method=RadonFit(size=13))" in edged.script()
+    viewer = ViewerModel()
+    other = Session(viewer, viewer.add_image(blurred.photo))
+    other.repeat(json.loads(json.dumps(edged.record())))
+    np.testing.assert_array_equal(other.state.psf.psf, found.psf)
+
+
+def test_a_psf_from_edges_is_that_of_their_slice(viewer: ViewerModel, blurred: Simulated) -> None:
+    green = blurred.photo[..., 1]
+    session = Session(viewer, viewer.add_image(np.stack([green, green[::-1, ::-1]])))
+    session.set_response(Gamma(1.8))
+    session.detect_edges(plane=(0,))
+    first = session.estimate_psf(RadonFit(size=13))
+    viewer.dims.set_current_step(0, 1)
+    elsewhere = session.estimate_psf(RadonFit(size=13), region=((1, 2), (0, 50), (0, 50)))
+    np.testing.assert_array_equal(elsewhere.psf, first.psf)
+
+
+def test_all_in_one_can_find_the_psf_from_edges_alone(session: Session, blurred: Simulated) -> None:
+    options = DeblurOptions(response=GivenResponse(Gamma(1.8)), psf=RadonFit(), method=Wiener())
+    layer = session.deblur(options)
+    np.testing.assert_array_equal(layer.data, deblur(blurred.photo, options).photo)
+    verbs = [action.verb for action in session.state.actions]
+    assert verbs[:3] == ["detect_edges", "set_response", "estimate_psf"]
+    assert session.state.actions[2].arguments == {"method": RadonFit()}
+
+
+@pytest.mark.parametrize("items", [None, ()], ids=["not looked for", "none left"])
+def test_without_edges_a_psf_from_them_is_refused_and_nothing_changes(
+    session: Session, items: tuple[()] | None
+) -> None:
+    given(session)
+    if items is not None:
+        session.set_edges(items, 8.0)
+    before = session.state
+    with pytest.raises(CrfDeblurError, match=r"find or draw (more )?edges"):
+        session.estimate_psf(RadonFit())
+    assert session.state is before
 
 
 def test_the_input_is_never_changed(done: Session, blurred: Simulated) -> None:

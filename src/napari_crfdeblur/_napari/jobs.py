@@ -20,17 +20,20 @@ from ..pipeline import (
     DeblurOptions,
     estimating_responses,
     gathering_profiles,
+    measuring_psf,
     seeking_edges,
     suited_estimator,
     with_alpha_of,
 )
 from ..profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from ..progress import Job, Progress
-from ..psf import PsfEstimate, PsfEstimator, estimating_psf
+from ..psf import PsfEstimate, PsfEstimator, RadonFit, estimating_psf
 from .layers import Region, Source, planes_of
 from .state import EdgeSet, Fitted
 
 T = TypeVar("T")
+
+NO_EDGES = "there are no edges to find the PSF from; find or draw edges first"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -163,13 +166,41 @@ def seeking_psf(
     source: Source,
     region: Region,
     curve: Response,
-    extent: float | None,
-    method: PsfEstimator | None,
+    method: PsfEstimator | RadonFit | None = None,
+    *,
+    found: EdgeSet | None = None,
+    extent: float | None = None,
 ) -> Job[PsfEstimate]:
-    """Long job: the PSF of a plane or a part of it; its size is judged if no method is given."""
+    """Long job: the PSF of a plane or a part of it; its size is judged if no method is given.
+
+    Parameters
+    ----------
+    source, region : Source and tuple of slice
+        Where it is looked for; what is found from edges alone is that of their whole plane.
+    curve : ResponseCurve or sequence of 3 of them
+        Response of the camera.
+    method : PsfEstimator or RadonFit, optional
+        By default the one that suits the blur.
+    found : EdgeSet, optional
+        Edges of the photo.
+    extent : float, optional
+        Width in pixels of a blurred edge; by default that of the widest of `found`, or judged
+        from the photo.
+
+    Raises
+    ------
+    CrfDeblurError
+        The method needs edges, and there are none.
+    """
+    if isinstance(method, RadonFit):
+        if found is None:
+            raise CrfDeblurError(NO_EDGES)
+        whole = yield from _loading(source, found.plane)
+        return (yield from measuring_psf(whole, found.edges, curve, method))
     photo = yield from _loading(source, region)
     linear = yield from linearizing(color(photo), curve)
     if method is None:
+        extent = extent or (found.widest if found else None)
         extent = extent or (yield from estimating_blur_extent(photo))
         method = suited_estimator(linear, extent)
     return (yield from estimating_psf(linear, method))

@@ -18,7 +18,7 @@ from ..estimate import ResponseFit
 from ..io import read_edges, read_psf, read_responses
 from ..linear import Response
 from ..pipeline import DeblurOptions
-from ..psf import PsfEstimate, PsfEstimator
+from ..psf import PsfEstimate, PsfEstimator, RadonFit
 from ..response import ResponseCurve
 from . import layers, outputs, provenance, script, steps
 from .drawing import EdgeDrawing
@@ -194,21 +194,27 @@ class Session(Workspace):
         return self.set_response(curves[0] if len(curves) == 1 else curves)
 
     def estimate_psf(
-        self, method: PsfEstimator | None = None, *, region: Sequence[Span] | None = None
+        self,
+        method: PsfEstimator | RadonFit | None = None,
+        *,
+        region: Sequence[Span] | None = None,
     ) -> PsfEstimate:
         """Estimate the PSF in linear light; it is shown as a layer beside the photo.
 
         Parameters
         ----------
-        method : PsfEstimator, optional
+        method : PsfEstimator or RadonFit, optional
             By default :class:`~napari_crfdeblur.psf.XuJia` of the size of the blur.
+            :class:`~napari_crfdeblur.psf.RadonFit` finds it from the edges of the session alone.
         region : sequence of (start, stop), optional
-            For each axis of the photo; by default the plane that is shown.
+            For each axis of the photo; by default the plane that is shown. Edges count wherever
+            they lie.
 
         Raises
         ------
         CrfDeblurError
-            There is no response, or the picture shows too little structure.
+            There is no response, the picture shows too little structure, or there are no edges
+            for a method that needs them.
         """
         return self.do(steps.estimating_psf(self, method, region=region))
 

@@ -262,7 +262,8 @@ def _say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | Non
     for name, one in zip(names, found, strict=True):
         low, high = one.covered
         sentence = camera.verdict(one) if camera else one.status.value
-        print(f"{name}: {sentence} (intensity {low:.2f} to {high:.2f})")
+        covered = f" (intensity {low:.2f} to {high:.2f})" if low < high else ""
+        print(f"{name}: {sentence}{covered}")
         for finding in one.findings:
             print(f"  {finding.value}")
 

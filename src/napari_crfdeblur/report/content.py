@@ -127,10 +127,11 @@ def _of_groups(report: Report) -> dict[str, str]:
 def _of_responses(responses: Sequence[ResponseEstimate]) -> dict[str, str]:
     """Figures of the responses, those of several channels in one row."""
     rows: dict[str, list[str]] = {}
+    covered = [e.covered for e in responses if e.status is not ResponseStatus.GIVEN]
+    if any(low < high for low, high in covered):
+        ranges = [f"{low:.2f}-{high:.2f}" if low < high else "nothing" for low, high in covered]
+        rows["covered intensity"] = ranges
     for estimate in responses:
-        if estimate.status is not ResponseStatus.GIVEN:
-            low, high = estimate.covered
-            rows.setdefault("covered intensity", []).append(f"{low:.2f}-{high:.2f}")
         for name, value in estimate.diagnostics.items():
             if name not in ("groups", "profiles"):  # counted above
                 rows.setdefault(f"response, {name}", []).append(f"{value:.3g}")

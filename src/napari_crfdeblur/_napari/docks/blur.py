@@ -22,7 +22,7 @@ from ..psf_editing import PsfEditing
 from ..step import Level, Message, Step
 from ..steps import estimating_psf
 from .base import SHADES, Dock, Followed
-from .choices import AUTOMATIC, psf_estimators
+from .choices import AUTOMATIC, FROM_EDGES, psf_estimators
 from .files import ask_open, ask_save
 from .forms import MethodForm, row, sentence
 from .plots import Plot
@@ -49,7 +49,8 @@ class BlurDock(Dock):
 
     def step(self) -> Step[Any, Any]:
         """The PSF estimated with the chosen method."""
-        region = self._region() if self._where.value == DRAWN else None
+        drawn = self._where.value == DRAWN and self._method.chosen != FROM_EDGES
+        region = self._region() if drawn else None
         return estimating_psf(self.session, self._method.method, region=region)
 
     def draw_region(self) -> Shapes:
@@ -106,6 +107,7 @@ class BlurDock(Dock):
             tooltip="part of the photo from which the PSF is estimated: one with sharp edges "
             "of many directions and without clipped lights is best",
         )
+        self._method.edited.connect(self._choose_method)
         draw = self.button(
             "Draw a region",
             "drag a rectangle on the photo; the last one counts",
@@ -113,7 +115,7 @@ class BlurDock(Dock):
         )
         estimate = self.button(
             "Estimate the PSF",
-            "find the PSF in linear light; needs a response",
+            "find the PSF in linear light; needs a response, and from straight edges those, too",
             lambda: self.run(block=False),
         )
         return [self._method, row(self._where, draw), estimate]
@@ -204,6 +206,9 @@ class BlurDock(Dock):
     def _connect(self) -> None:
         super()._connect()
         self.session.viewer.events.theme.connect(self._show_psf)
+
+    def _choose_method(self) -> None:
+        self._where.enabled = self._method.chosen != FROM_EDGES  # edges count wherever they lie
 
     def _region(self) -> Any:
         photo, _ = self.session.source()

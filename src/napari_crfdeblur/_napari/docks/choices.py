@@ -11,7 +11,7 @@ from ...estimate import (
     Tail,
 )
 from ...pipeline import BLIND_ERROR
-from ...psf import XuJia
+from ...psf import RadonFit, XuJia
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
 # Names in napari's settings, which are those of the command line, and names in the widgets.
@@ -27,6 +27,7 @@ PREFERRED = {
     "richardson-lucy": "Richardson-Lucy",
 }
 AUTOMATIC = "automatic"
+FROM_EDGES = "straight edges (Radon)"
 
 
 def fits() -> dict[str, Any]:
@@ -51,7 +52,7 @@ def given() -> dict[str, Any]:
 
 def psf_estimators() -> dict[str, Any]:
     """How the PSF can be estimated."""
-    return {AUTOMATIC: None, "Xu & Jia": XuJia()}
+    return {AUTOMATIC: None, "Xu & Jia": XuJia(), FROM_EDGES: RadonFit()}
 
 
 def deconvolvers() -> dict[str, Any]:

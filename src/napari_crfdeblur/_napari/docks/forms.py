@@ -189,9 +189,9 @@ def _control(
     if isinstance(value, Enum):
         choices = [(str(member.value), member) for member in type(value)]
         return ComboBox(value=value, choices=choices, **options)
-    if isinstance(value, int):
-        return SpinBox(value=value, min=0, max=int(LARGEST), **options)
-    if isinstance(value, float) or (value is None and {int, float} & {*kinds}):
+    if isinstance(value, int) or (value is None and int in kinds):
+        return SpinBox(value=value or 0, min=0, max=int(LARGEST), **options)
+    if isinstance(value, float) or (value is None and float in kinds):
         step = 10 ** _magnitude(value) if value else 0.001
         return FloatSpinBox(value=value or 0, min=0, max=LARGEST, step=step, **options)
     return None

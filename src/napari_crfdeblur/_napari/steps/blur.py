@@ -6,7 +6,7 @@ from napari.layers import Image as ImageLayer
 
 from ..._typing import FloatArray
 from ...progress import Job, Progress
-from ...psf import PsfEstimate, PsfEstimator, PsfStatus, as_psf
+from ...psf import PsfEstimate, PsfEstimator, PsfStatus, RadonFit, as_psf
 from .. import jobs, outputs
 from ..layers import Span, pairs
 from ..state import Action
@@ -16,7 +16,7 @@ from ..workspace import Workspace
 
 def estimating_psf(
     session: Workspace,
-    method: PsfEstimator | None = None,
+    method: PsfEstimator | RadonFit | None = None,
     *,
     region: Sequence[Span] | None = None,
 ) -> Step[PsfEstimate, PsfEstimate]:
@@ -24,8 +24,6 @@ def estimating_psf(
     photo, source = session.source()
     fitted = session.required_response()
     where = session.plane(None) if region is None else session.region(region)
-    edges = session.state.edges
-    extent = edges.widest if edges else None
     action = Action.of(
         "estimate_psf", method=method, region=None if region is None else pairs(where)
     )
@@ -36,7 +34,7 @@ def estimating_psf(
         session.say_trust(psf=psf)
         return psf
 
-    job = jobs.seeking_psf(source, where, fitted.curve, extent, method)
+    job = jobs.seeking_psf(source, where, fitted.curve, method, found=session.state.edges)
     return Step("estimating the PSF", job, finish)
 
 

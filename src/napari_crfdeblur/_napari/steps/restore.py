@@ -208,8 +208,9 @@ def _whole_path(
         else:
             found = yield from jobs.refining_edge_set(source, plane, options.edges, extent)
     fitted = yield from jobs.fitting_response(source, found, options.response)
-    widest = extent or (found.widest if found else None)
-    psf = yield from jobs.seeking_psf(source, plane, fitted.curve, widest, options.psf)
+    psf = yield from jobs.seeking_psf(
+        source, plane, fitted.curve, options.psf, found=found, extent=extent
+    )
     method = options.method or suited_deconvolver(psf)
     made = yield from jobs.restoring(source, source.whole, fitted.curve, psf.psf, method)
     return Whole(found, fitted, psf, made)
