@@ -154,6 +154,17 @@ def test_the_extent_is_guessed_in_a_large_photo(extent, center):
     assert 0.8 * true < estimate_blur_extent(photo.astype(np.float32)) < 1.7 * true
 
 
+def test_edges_that_are_soft_by_themselves_do_not_widen_the_extent():
+    sharp, rectangle = one_rectangle(9, 0.2, noise=0.005)
+    soft, _ = one_rectangle(35, 0.2, noise=0.005)
+    rows = len(soft)
+    sharp = np.pad(sharp, [(0, rows - len(sharp)), (0, 0)], mode="edge")
+    # Most edges are sharp but for the blur, and all areas beside them are alike.
+    photo = np.concatenate([sharp, soft, sharp, sharp, sharp], axis=1)
+    true = widest_transition(rectangle, 9)
+    assert 0.8 * true < estimate_blur_extent(photo) < 1.5 * true
+
+
 def test_a_photo_without_edges_still_gets_an_extent():
     assert estimate_blur_extent(np.full((40, 60), 0.5)) > 0
 

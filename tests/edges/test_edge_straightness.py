@@ -55,4 +55,4 @@ def test_wide_blur_is_looked_at_in_smaller_pictures(extent, steps):
     photo = np.arange(700 * 900, dtype=np.float32).reshape(700, 900) / 630000
     scales = Scales.to_find(Picture.of(photo), extent)
     assert (scales.fine.step, scales.coarse.step) == steps
-    assert np.allclose(scales.fine.intensity().mean(), photo.mean(), atol=0.01)
+    assert np.allclose(scales.fine.planes()[0].mean(), photo.mean(), atol=0.01)

@@ -1,5 +1,7 @@
 """Finding straight edges in a blurred photo."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from .._typing import FloatArray, Image
@@ -52,7 +54,7 @@ def finding(photo: Picture, blur_extent: float, stage: str, most: int) -> Job[tu
     """Long job: the distinct edges along the `most` best segments, the good ones first."""
     yield Progress(stage, 0, 1)
     scales = Scales.to_find(photo, blur_extent)
-    lines = find_segments(scales.coarse, blur_extent)[:most]
+    lines = find_segments(scales.coarse, blur_extent, most)
     search = Search(0.25 * blur_extent + scales.coarse.step, blur_extent)
     found: list[Edge] = []
     for first in range(0, len(lines), TOGETHER):
@@ -60,23 +62,22 @@ def finding(photo: Picture, blur_extent: float, stage: str, most: int) -> Job[tu
         for number, edges in enumerate(refine(scales, frames, search), first):
             yield Progress(stage, number, len(lines))
             found += edges
-    return distinct(sorted(found, key=lambda e: (not e.good, -e.length)), blur_extent)
+    found.sort(key=lambda e: (not e.good, -e.length))
+    return distinct(found, [0.5 * blur_extent] * len(found))
 
 
-def distinct(edges: list[Edge], blur_extent: float) -> tuple[Edge, ...]:
-    """Edges without those that repeat an earlier one."""
-    kept: list[Edge] = []
-    ends = np.empty((0, 2, 2))
-    for edge in edges:
-        own = np.array([edge.start, edge.end])
-        if not repeats(own, ends, 0.5 * blur_extent):
-            kept.append(edge)
-            ends = np.concatenate([ends, own[None]])
-    return tuple(kept)
+def distinct(edges: Sequence[Edge], reach: Sequence[float]) -> tuple[Edge, ...]:
+    """Edges without those that repeat an earlier one, nearer to it than its reach in pixels."""
+    kept: list[int] = []
+    ends = np.array([(edge.start, edge.end) for edge in edges])
+    for i in range(len(edges)):
+        if not repeats(ends[i], ends[kept], np.array([reach[k] for k in kept])):
+            kept.append(i)
+    return tuple(edges[i] for i in kept)
 
 
-def repeats(line: FloatArray, others: FloatArray, apart: float) -> bool:
-    """Whether a line, shape (2, 2), lies along one of the others, shape (K, 2, 2)."""
+def repeats(line: FloatArray, others: FloatArray, reach: FloatArray) -> bool:
+    """Whether a line (2, 2) lies along one of the others (K, 2, 2), within its reach (K,)."""
     if len(others) == 0:
         return False
     axis = others[:, 1] - others[:, 0]
@@ -89,5 +90,5 @@ def repeats(line: FloatArray, others: FloatArray, apart: float) -> bool:
     t = np.sort(np.einsum("kij,kj->ki", offset, axis), axis=1)
     d = offset[..., 0] * axis[:, None, 1] - offset[..., 1] * axis[:, None, 0]
     common = np.minimum(t[:, 1], length) - np.maximum(t[:, 0], 0)
-    close = np.abs(d.mean(axis=1)) < apart
+    close = np.abs(d.mean(axis=1)) < reach
     return bool(np.any(parallel & close & (common > SAME_OVERLAP * np.minimum(length, own_length))))

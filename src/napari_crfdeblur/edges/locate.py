@@ -11,6 +11,8 @@ from .picture import Picture
 from .strip import Frame, Strips, sample_strips
 
 BLOCKS = 16  # pieces of an edge that are located on their own
+LEAST_SHIFT = 1e-9  # of what is squared: rounding is less
+TINY = 1e-60  # no square of a number that was recorded
 PAIRS = np.triu_indices(BLOCKS, k=BLOCKS // 4)  # of pieces, far enough apart to tell a slope
 
 
@@ -130,14 +132,29 @@ def matched(profiles: FloatArray, reference: FloatArray) -> FloatArray:
     Level `a` and contrast `b` are free, so that uneven light is not taken for a shift.
     """
     reference = reference.astype(np.float64)
-    slope = -np.gradient(reference, axis=-1)
-    design = np.stack([np.ones_like(reference), reference, slope], axis=-2)
-    gram = design @ np.swapaxes(design, -1, -2)
+    slope = slopes(reference)
+    # Without their means, which are the level: two unknowns remain.
+    reference = reference - reference.mean(axis=-1, keepdims=True)
+    slope = slope.mean(axis=-1, keepdims=True) - slope
+    aa, ab, bb = (
+        (x * y).sum(axis=-1, keepdims=True)
+        for x, y in ((reference, reference), (reference, slope), (slope, slope))
+    )
     # Of a flat reference any shift is right: the least one is taken.
-    gram += 1e-9 * np.trace(gram, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
-    solution = np.linalg.solve(gram, design @ np.swapaxes(profiles, -1, -2))
-    shift: FloatArray = solution[..., 2, :] / np.maximum(solution[..., 1, :], 0.2)
+    least = LEAST_SHIFT * (aa + bb) + TINY
+    aa, bb = aa + least, bb + least
+    a, b = ((profiles @ x[..., None])[..., 0] for x in (reference, slope))
+    shift: FloatArray = (aa * b - ab * a) / np.maximum(bb * a - ab * b, 0.2 * (aa * bb - ab**2))
     return shift
+
+
+def slopes(values: FloatArray) -> FloatArray:
+    """Half the differences of the neighbors along the last axis, one-sided at its ends."""
+    found = np.empty_like(values)
+    found[..., 1:-1] = 0.5 * (values[..., 2:] - values[..., :-2])
+    found[..., 0] = values[..., 1] - values[..., 0]
+    found[..., -1] = values[..., -1] - values[..., -2]
+    return found
 
 
 def fit_lines(

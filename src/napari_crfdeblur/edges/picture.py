@@ -1,11 +1,14 @@
 """A photo at the scale at which its edges are looked at."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..photo import full_scale, planes
+from ..photo import ALPHA, full_scale
+
+BAND = 32  # rows of squares that are summed at once: they fit into the caches
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,62 +17,83 @@ class Picture:
 
     Parameters
     ----------
-    planes : tuple of ndarray, each of shape (M // step, N // step)
-        The channels, alpha left out.
+    pixels : ndarray, shape (M // step, N // step, C) or more channels, contiguous
+        The channels; what comes after them, an alpha channel, is not looked at.
+    channels : int
+        How many they are.
     unit : float
-        Intensity in [0, 1] of the value 1 of the planes.
+        Intensity in [0, 1] of the value 1 of the pixels.
     step : int
         Pixels of the photo in a row of one pixel of the picture.
     """
 
-    planes: tuple[Image, ...]
+    pixels: Image
+    channels: int
     unit: float
     step: int
 
     @classmethod
     def of(cls, image: Image) -> "Picture":
         """The picture of a photo, shape (M, N), (M, N, 3) or (M, N, 4), pixel by pixel."""
-        # Interpolation takes every kind of number but float16.
+        # float16 is slow to reckon with.
         kind = np.float32 if image.dtype == np.float16 else image.dtype
-        kept = tuple(plane.astype(kind, copy=False) for plane in planes(image))
-        return cls(kept, 1 / full_scale(image), 1)
+        pixels = np.ascontiguousarray(image.reshape(*image.shape[:2], -1), dtype=kind)
+        return cls(pixels, min(pixels.shape[2], ALPHA - 1), 1 / full_scale(image), 1)
 
     @property
     def shape(self) -> tuple[int, int]:
         """Rows and columns of the picture."""
-        rows, columns = self.planes[0].shape
+        rows, columns = self.pixels.shape[:2]
         return rows, columns
 
-    def intensity(self) -> FloatArray:
-        """All of it in [0, 1], float32, shape (M // step, N // step, C)."""
+    def planes(self) -> list[FloatArray]:
+        """Each channel in [0, 1], float32, shape (M // step, N // step)."""
         unit = np.float32(self.unit)
-        return np.stack([plane.astype(np.float32) * unit for plane in self.planes], axis=-1)
+        return [self.pixels[..., c].astype(np.float32) * unit for c in range(self.channels)]
 
     def middle(self, share: float) -> "Picture":
         """Its middle, a `share` of its height and width."""
         if share == 1:
             return self
         cut = [slice(round((1 - share) / 2 * n), round((1 + share) / 2 * n)) for n in self.shape]
-        return Picture(tuple(plane[cut[0], cut[1]] for plane in self.planes), self.unit, self.step)
+        pixels = np.ascontiguousarray(self.pixels[cut[0], cut[1]])
+        return Picture(pixels, self.channels, self.unit, self.step)
 
     def reduced(self, factor: int) -> "Picture":
         """The picture of the same photo with `factor` times the step."""
         if factor == 1:
             return self
-        sums = tuple(block_sums(plane, factor) for plane in self.planes)
-        return Picture(sums, self.unit / factor**2, self.step * factor)
+        sums = block_sums(self.pixels, self.channels, factor)
+        return Picture(sums, self.channels, self.unit / factor**2, self.step * factor)
 
 
-def block_sums(plane: Image, step: int) -> FloatArray:
+def block_sums(pixels: Image, channels: int, step: int) -> FloatArray:
     """Sums over squares of `step` pixels, float32; what does not fill a square is left out."""
-    rows, columns = plane.shape[0] // step, plane.shape[1] // step
-    plane = plane[: rows * step, : columns * step]
-    # Whole rows first, in a kind that holds the sum: one pass through the photo.
-    wide = {"u1": np.uint16, "u2": np.uint32}.get(plane.dtype.str[1:], np.float32)
-    tall: Image = plane[::step].astype(wide)
-    for i in range(1, step):
-        tall += plane[i::step].astype(wide, copy=False)
-    total = tall[:, ::step].astype(np.float32)
-    for i in range(1, step):
-        total += tall[:, i::step]
+    rows, columns, stride = pixels.shape[0] // step, pixels.shape[1] // step, pixels.shape[2]
+    lines = pixels[: rows * step, : columns * step].reshape(rows, step, -1)
+    kind = kind_of_sums(pixels.dtype, step)
+    sums = np.empty((rows, columns, channels), dtype=np.float32)
+    for first in range(0, rows, BAND):
+        band = lines[first : first + BAND]
+        tall = running_sums([band[:, i] for i in range(step)], kind)
+        # Of all squares, not only of those that are kept: numbers side by side add faster.
+        last = tall.shape[1] - (step - 1) * stride
+        wide = running_sums([tall[:, i * stride : last + i * stride] for i in range(step)], kind)
+        for c in range(channels):
+            sums[first : first + BAND, :, c] = wide[:, c :: step * stride]
+    return sums
+
+
+def running_sums(parts: list[Image], kind: np.dtype[Any]) -> Image:
+    """Sum of arrays of one shape, as numbers of the given kind."""
+    total: Image = np.add(parts[0], parts[1], dtype=kind)
+    for part in parts[2:]:
+        np.add(total, part, out=total, dtype=kind)
     return total
+
+
+def kind_of_sums(kind: np.dtype[Any], step: int) -> np.dtype[Any]:
+    """The smallest kind of number that holds the sum over a square of `step` pixels."""
+    if kind.kind == "f":
+        return np.dtype(np.float32)
+    return np.min_scalar_type(np.iinfo(kind).max * step**2)

@@ -17,7 +17,7 @@ from .checks import (
     check_blocks,
     check_channels,
     check_profile,
-    crossing,
+    crossings,
     largest_bend,
     sagitta,
     shortest,
@@ -28,6 +28,7 @@ from .scales import NARROW, Scales
 from .strip import Frame, Strip, sample_strip, strips_along
 from .transition import Transition, find_transition, flat_samples
 
+FEW_ROWS = 48  # of the strip of a whole edge: its parts are sampled anew
 KEPT_BEND = 0.6  # of the largest, to which a curved edge is trimmed: some is noise
 Part = tuple[Frame, EdgeStatus]
 
@@ -121,7 +122,7 @@ def find_parts(scales: Scales, frames: Sequence[Frame], search: Search) -> list[
     located = refit(scales.near, located, search.blur_extent / near)
     located = [frame.enlarged(near).reduced(step) for frame in located]
     search = search.reduced(step)
-    strips = strips_along(scales.fine, located, reach(search.blur_extent))
+    strips = strips_along(scales.fine, located, reach(search.blur_extent), FEW_ROWS)
     return [
         [(part.enlarged(step), status) for part, status in usable_parts(frame, strip, search, step)]
         for frame, strip in zip(located, strips, strict=True)
@@ -253,7 +254,7 @@ def measured(
 ) -> Edge:
     """The edge of a frame, moved to where its profile crosses the middle of its sides."""
     rising = transition.rising()[transition.window]
-    across = crossing(rising, 0.0, 1.0) + strip.across[transition.window][0]
+    across = float(crossings(rising, np.array([0.0, 1.0]))) + strip.across[transition.window][0]
     edge = bad(frame.moved(float(across), 0.0).enlarged(step), status)
     same = hypot(sin(frame.angle) + edge.normal[0], cos(frame.angle) + edge.normal[1]) > 1
     return replace(

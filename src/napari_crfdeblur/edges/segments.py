@@ -5,11 +5,11 @@ overlapping partitions of the circle between which every pixel votes: Burns, Han
 Riseman, *Extracting Straight Lines*, PAMI 1986.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import hypot
 
 import numpy as np
-from scipy import ndimage
 from skimage.measure import label
 
 from .._typing import FloatArray, Image
@@ -18,7 +18,8 @@ from .picture import Picture
 
 SECTORS = 12  # of half a circle: 15 degrees, wider than the noise of orientation at a ridge
 FAINTEST = 0.03  # contrast, in units of full scale, below which no edge is looked for
-MOST_JOINED = 1000  # segments, the strongest, that are joined with each other
+BAND = 64  # rows that are looked at at once: they fit into the caches
+JOINED = 4  # times as many segments as are wanted, the strongest, are joined with each other
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,7 +45,7 @@ class Ridge:
     shape: tuple[int, int]
 
 
-def find_segments(picture: Picture, blur_extent: float) -> list[Line]:
+def find_segments(picture: Picture, blur_extent: float, most: int) -> list[Line]:
     """Line segments along the edges of a photo, the best first, in pixels of the photo.
 
     Parameters
@@ -53,39 +54,112 @@ def find_segments(picture: Picture, blur_extent: float) -> list[Line]:
         The photo at the scale of its blur.
     blur_extent : float
         Largest expected width of an edge, pixels of the photo.
+    most : int
+        How many are wanted.
     """
     width = max(blur_extent / picture.step, 2.0)
-    ridge = find_ridge(
-        picture.intensity(), sigma=max(0.22 * width, 0.8), threshold=FAINTEST / width
-    )
+    if min(picture.shape) < 3:
+        return []
+    ridge = find_ridge(picture.planes(), sigma=max(0.22 * width, 0.8), threshold=FAINTEST / width)
     if len(ridge.row) == 0:
         return []
     labels = vote(ridge)
     shortest = max(5.0, 0.6 * width)
     # Beyond the strongest, a busy photo has thousands of specks.
-    segments = fit_segments(ridge, labels, shortest)[:MOST_JOINED]
-    return [scaled(line, picture.step) for line in join(segments, width, shortest)]
+    segments = fit_segments(ridge, labels, shortest)[: JOINED * most]
+    joined = join(segments, width, shortest)[:most]
+    return [scaled(line, picture.step) for line in joined]
 
 
-def find_ridge(picture: FloatArray, sigma: float, threshold: float) -> Ridge:
-    """Ridge of the color gradient (Di Zenzo 1986) of a smoothed picture (M, N, C)."""
-    shape = picture.shape[:2]
-    rr, rc, cc = (np.zeros(shape, dtype=np.float32) for _ in range(3))
-    for i in range(picture.shape[2]):
-        smooth = ndimage.gaussian_filter(picture[..., i], sigma, mode="nearest", truncate=3)
-        by_row, by_column = np.gradient(smooth)
-        rr += by_row**2
-        rc += by_row * by_column
-        cc += by_column**2
-    square = (rr + cc + np.sqrt((rr - cc) ** 2 + 4 * rc**2)) / 2
-    # A pixel border is left out, so that every ridge pixel has neighbors.
-    r, c = np.nonzero(square[1:-1, 1:-1] > threshold**2)
-    r, c = r + 1, c + 1
-    angle = 0.5 * np.arctan2(2 * rc[r, c], cc[r, c] - rr[r, c]) % np.pi
-    dr, dc = np.rint(np.sin(angle)).astype(int), np.rint(np.cos(angle)).astype(int)
-    here = square[r, c]
-    top = (here > square[r + dr, c + dc]) & (here >= square[r - dr, c - dc])
-    return Ridge(r[top], c[top], angle[top], np.sqrt(here[top]), shape)
+def find_ridge(planes: Sequence[FloatArray], sigma: float, threshold: float) -> Ridge:
+    """Ridge of the color gradient (Di Zenzo 1986) of a smoothed picture, channel by channel.
+
+    A pixel border is left out, so that every ridge pixel has neighbors.
+    """
+    rows, columns = planes[0].shape
+    smooth = [smoothed(plane, sigma) for plane in planes]
+    found = []
+    for first in range(1, rows - 1, BAND):
+        # Tensors of a row more on both sides, from the slopes between one more still.
+        band = slice(first - 1, min(first + BAND, rows - 1) + 3)
+        r, c, angle, magnitude = ridge_of(color_tensor([p[band] for p in smooth]), threshold)
+        found.append((r + first, c + 1, angle, magnitude))
+    row, column, angle, magnitude = (np.concatenate(x) for x in zip(*found, strict=True))
+    return Ridge(row, column, angle, magnitude, (rows, columns))
+
+
+def smoothed(plane: FloatArray, sigma: float) -> FloatArray:
+    """A plane (M, N), continued beyond its borders, under a Gaussian, shape (M + 2, N + 2)."""
+    radius = round(3 * sigma)
+    weights = np.exp(-0.5 * (np.arange(radius + 1) / sigma) ** 2).astype(plane.dtype)
+    weights /= weights[0] + 2 * weights[1:].sum()
+    wide = np.pad(plane, radius + 1, mode="edge")
+    found = np.empty((plane.shape[0] + 2, plane.shape[1] + 2), dtype=plane.dtype)
+    for first in range(0, len(found), BAND):
+        rows = wide[first : first + BAND + 2 * radius]
+        tall = symmetric_sum(rows, weights)
+        found[first : first + BAND] = symmetric_sum(tall.T, weights).T
+    return found
+
+
+def symmetric_sum(values: FloatArray, weights: FloatArray) -> FloatArray:
+    """Weighted sums over 2 R + 1 rows, with the weights of the middle, its neighbors, and so on.
+
+    Values of shape (M + 2 R, N), sums of shape (M, N).
+    """
+    radius = len(weights) - 1
+    size = len(values) - 2 * radius
+    total: FloatArray = values[radius : radius + size] * weights[0]
+    pair = np.empty_like(total)
+    for i in range(1, radius + 1):
+        np.add(values[radius - i :][:size], values[radius + i :][:size], out=pair)
+        pair *= weights[i]
+        total += pair
+    return total
+
+
+def color_tensor(planes: Sequence[FloatArray]) -> FloatArray:
+    """Sums over planes (M + 2, N + 2) of ``rr + cc``, ``cc - rr``, ``2 rc``, shape (3, M, N).
+
+    `r` and `c` are the differences of the neighbors above and below, left and right: twice the
+    slopes. With a gradient of size `g` and angle `a`, the second and third are ``root cos(2 a)``
+    and ``root sin(2 a)``, and ``rr + cc + root = 8 g**2``.
+    """
+    rows, columns = planes[0].shape
+    tensor = np.zeros((3, rows - 2, columns - 2), dtype=planes[0].dtype)
+    r, c, product = np.empty_like(tensor)
+    for plane in planes:
+        np.subtract(plane[2:, 1:-1], plane[:-2, 1:-1], out=r)
+        np.subtract(plane[1:-1, 2:], plane[1:-1, :-2], out=c)
+        tensor[2] += np.multiply(r, c, out=product)
+        r *= r
+        c *= c
+        tensor[0] += r
+        tensor[0] += c
+        tensor[1] += c
+        tensor[1] -= r
+    tensor[2] *= 2
+    return tensor
+
+
+def ridge_of(tensor: FloatArray, threshold: float) -> tuple[Image, Image, FloatArray, FloatArray]:
+    """Row, column, orientation and magnitude of the ridge pixels, the border left out."""
+    double_cos, double_sin = tensor[1, 1:-1, 1:-1], tensor[2, 1:-1, 1:-1]
+    root = np.sqrt(tensor[1] ** 2 + tensor[2] ** 2)
+    square = tensor[0] + root
+    here, limit = square[1:-1, 1:-1], 0.5 * root[1:-1, 1:-1]
+    # Of the 8 neighbors, those nearest to the direction of the gradient: within 30 degrees of an
+    # axis, where cos(2 a) is beyond one half, those on the axis, else those across the corner.
+    flat, steep = double_cos >= limit, double_cos <= -limit
+    corner, falls = ~(flat | steep), double_sin < 0
+    top = flat & (here > square[1:-1, 2:]) & (here >= square[1:-1, :-2])
+    top |= steep & (here > square[2:, 1:-1]) & (here >= square[:-2, 1:-1])
+    top |= corner & ~falls & (here > square[2:, 2:]) & (here >= square[:-2, :-2])
+    top |= corner & falls & (here > square[2:, :-2]) & (here >= square[:-2, 2:])
+    top &= here > 8 * threshold**2
+    row, column = np.nonzero(top)
+    angle = 0.5 * np.arctan2(double_sin[top], double_cos[top]) % np.pi
+    return row, column, angle, np.sqrt(here[top] / 8)
 
 
 def vote(ridge: Ridge) -> Image:
@@ -102,7 +176,14 @@ def vote(ridge: Ridge) -> Image:
         chosen = np.where(size > best, region + first, chosen)
         best = np.maximum(size, best)
         first += int(region.max()) + 1
-    return np.unique(chosen, return_inverse=True)[1]
+    return numbered(chosen)
+
+
+def numbered(labels: Image) -> Image:
+    """The labels as numbers from 0 without gaps, in the same order."""
+    used = np.bincount(labels) > 0
+    numbers: Image = (np.cumsum(used) - 1)[labels]
+    return numbers
 
 
 def connected(grid: Image) -> Image:
@@ -116,7 +197,7 @@ def fit_segments(ridge: Ridge, labels: Image, shortest: float) -> FloatArray:
     keep = np.bincount(labels)[labels] >= max(0.35 * shortest, 3)
     if not keep.any():
         return np.empty((0, 2, 2))
-    labels = np.unique(labels[keep], return_inverse=True)[1]
+    labels = numbered(labels[keep])
     points = np.stack([ridge.row[keep], ridge.column[keep]]).astype(np.float64)
     size = np.bincount(labels)
     mean = np.stack([np.bincount(labels, p) / size for p in points])

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 from math import atan2, cos, hypot, pi, sin
 
 import numpy as np
-from scipy import ndimage
 
 from .._typing import FloatArray
 from .base import Line, Point
 from .picture import Picture
+from .sampling import Grids, interpolated
 
 # Rows of a strip; the most are enough to average an edge of any length, in a bounded time.
 ROWS = (8, 16, 24, 32, 48, 64, 96)
@@ -145,9 +145,14 @@ def sample_strip(picture: Picture, frame: Frame, reach: float) -> Strip:
     return sample_strips(picture, [frame], reach, rows_for(frame.length))[0]
 
 
-def strips_along(picture: Picture, frames: Sequence[Frame], reach: float) -> list[Strip]:
-    """Sample the picture around many lines, each like :func:`sample_strip`, in their order."""
-    rows = np.array([rows_for(frame.length) for frame in frames])
+def strips_along(
+    picture: Picture, frames: Sequence[Frame], reach: float, most: int = ROWS[-1]
+) -> list[Strip]:
+    """Sample the picture around many lines, each like :func:`sample_strip`, in their order.
+
+    With `most` rows at most.
+    """
+    rows = np.array([min(rows_for(frame.length), most) for frame in frames])
     strips: dict[int, Strip] = {}
     for number in np.unique(rows):
         chosen = np.flatnonzero(rows == number).tolist()
@@ -170,19 +175,13 @@ def sample_strips(picture: Picture, frames: Sequence[Frame], reach: float, rows:
     Bilinear: good enough to find an edge and to judge it; its profile is measured from the
     pixels themselves.
     """
-    center = np.array([frame.center for frame in frames])[:, :, None, None]
+    center = np.array([frame.center for frame in frames])
     angle = np.array([frame.angle for frame in frames])
     length = np.array([frame.length for frame in frames])
     along = ((np.arange(rows) + 0.5) / rows - 0.5) * length[:, None]
     across = np.arange(-np.ceil(reach), np.ceil(reach) + 1)
-    s, c = np.sin(angle)[:, None, None], np.cos(angle)[:, None, None]
-    where = np.empty((2, *along.shape, len(across)))
-    where[0] = (center[:, 0] - along[:, :, None] * c) + across * s
-    where[1] = (center[:, 1] + along[:, :, None] * s) + across * c
-    values = np.empty((len(picture.planes), *where.shape[1:]), dtype=np.float32)
-    for plane, found in zip(picture.planes, values, strict=True):
-        ndimage.map_coordinates(plane, where, order=1, output=found, mode="constant", cval=np.nan)
-    values *= np.float32(picture.unit)
+    normal = np.stack([np.sin(angle), np.cos(angle)], axis=1)
+    values = interpolated(picture, Grids(center, normal, along, across))
     profile = mean_valid(values, 2)
     weights = contrasting(profile, across)
     # Channel by channel, so that it is summed in one pass without copies.

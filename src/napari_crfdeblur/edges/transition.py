@@ -1,12 +1,14 @@
 """What an edge looks like across: its flat sides, what lies between them, its noise."""
 
 from dataclasses import dataclass
+from functools import cache
 from math import copysign, sqrt
 
 import numpy as np
 from scipy import ndimage
 
 from .._typing import BoolArray, FloatArray
+from .locate import slopes
 from .strip import Strip
 
 # An 8-bit step, uniformly rounded: the least noise that is assumed of a photo.
@@ -127,8 +129,18 @@ def steepest_sample(mean: FloatArray, across: FloatArray, blur_extent: float) ->
     near = np.flatnonzero((np.abs(across) <= blur_extent / 2) & np.isfinite(mean))
     if len(near) < 3:
         return None
-    slope = np.abs(ndimage.gaussian_filter1d(mean[near], max(blur_extent / 10, 0.7), order=1))
+    slope = np.abs(ndimage.correlate1d(mean[near], smooth_slope(max(blur_extent / 10, 0.7))))
     return int(near[slope.argmax()])
+
+
+@cache
+def smooth_slope(sigma: float) -> FloatArray:
+    """Weights that tell the slope of what is smoothed by a Gaussian, shape (odd,)."""
+    radius = int(4 * sigma + 0.5)
+    x = np.arange(-radius, radius + 1)
+    gaussian = np.exp(-0.5 * (x / sigma) ** 2)
+    weights: FloatArray = x / sigma**2 * gaussian / gaussian.sum()
+    return weights
 
 
 def slope_limit(mean: FloatArray, peak: int, flat: int, blur_extent: float) -> float:
@@ -139,16 +151,18 @@ def slope_limit(mean: FloatArray, peak: int, flat: int, blur_extent: float) -> f
     half = int(np.ceil(blur_extent / 2))
     near = mean[max(peak - half, 0) : peak + half + 1]
     near = near[np.isfinite(near)]
-    steepest = float(np.abs(np.gradient(near)).max())
+    steepest = float(np.abs(slopes(near)).max())
     return min(0.05 * steepest, 0.02 * float(np.ptp(near)) / flat)
 
 
 def row_noise(signal: FloatArray) -> float:
     """Standard deviation of a sample, from the differences of neighboring rows."""
-    difference = np.diff(signal[:, ::2], axis=0).ravel()  # half of them are plenty
-    if np.isnan(difference.sum()):
-        difference = difference[np.isfinite(difference)]
-    if difference.size == 0:
+    few = signal[:, ::2]  # half of them are plenty
+    apart = np.abs(few[1:] - few[:-1]).ravel()
+    if np.isnan(apart.sum()):
+        apart = apart[np.isfinite(apart)]
+    if apart.size == 0:
         return ROUNDING
+    median = np.partition(apart, apart.size // 2)[apart.size // 2]
     # 1.4826 turns a median deviation into a standard one, sqrt(2) a difference into a value.
-    return max(float(np.median(np.abs(difference))) * 1.4826 / sqrt(2), ROUNDING)
+    return max(float(median) * 1.4826 / sqrt(2), ROUNDING)
