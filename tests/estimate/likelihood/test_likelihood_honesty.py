@@ -12,7 +12,7 @@ from napari_crfdeblur.estimate import (
     ResponseStatus,
     estimate_response,
 )
-from napari_crfdeblur.estimate.likelihood.verdict import steady_toe
+from napari_crfdeblur.estimate.likelihood.verdict import steady_shoulder, steady_toe
 from napari_crfdeblur.profiles import ProfileSource
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, ResponsePrior, Tabulated, around
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
@@ -287,3 +287,32 @@ def test_a_steep_toe_is_made_steady_and_the_rest_stays_but_for_an_affine_change(
     assert slopes[~covered[1:]].max() < slopes[covered[1:]][:40].max()
     line = np.polyval(np.polyfit(light[covered], steady.irradiance[covered], 1), light[covered])
     np.testing.assert_allclose(steady.irradiance[covered], line, atol=1e-12)  # rounding of sums
+
+
+@pytest.mark.parametrize("high", [0.7, 0.9])
+@pytest.mark.parametrize("usual", [SRGB(), Cameras.DIGITAL.prior.curve(), Gamma(1)])
+def test_a_steep_shoulder_rises_as_usual_and_the_rest_stays_but_for_an_affine_change(high, usual):
+    # Level response near white: a few pixels there would hold most of the light.
+    intensity = np.linspace(0, 1, 501)
+    beyond = np.maximum(intensity - high, 0)
+    light = Gamma(1.6).to_irradiance(intensity) + 40 * beyond**2
+    steep = Tabulated(light / light[-1], intensity)
+    steady = steady_shoulder(steep, high, usual)
+    covered = intensity <= high - 0.002  # a step of the grid
+    line = np.polyfit(steep.irradiance[covered], steady.irradiance[covered], 1)
+    np.testing.assert_allclose(
+        steady.irradiance[covered], np.polyval(line, steep.irradiance[covered]), atol=1e-12
+    )
+    slopes = np.diff(steady.irradiance) / np.diff(intensity)
+    known = np.diff(usual.to_irradiance(intensity)) / np.diff(intensity)
+    border = (intensity[1:] <= high) & (intensity[1:] > high - 0.05)
+    growth = np.maximum(known / known[border].mean(), 1)
+    above = intensity[:-1] > high
+    assert np.all(slopes[above] <= 1.03 * growth[above] * slopes[border].mean())
+    assert slopes[above].min() > 0
+
+
+def test_a_shoulder_that_is_no_steeper_than_usual_stays():
+    curve = Tabulated(np.linspace(0, 1, 301) ** 2, np.linspace(0, 1, 301))
+    found = steady_shoulder(curve, 0.8, Gamma(2.6))
+    np.testing.assert_allclose(found.irradiance, curve.irradiance, atol=1e-12)

@@ -233,13 +233,11 @@ def test_the_band_holds_the_curve_and_is_narrower_than_the_prior(drawn):
 
 
 def test_the_posterior_has_the_estimate_as_its_mean(drawn):
-    levels = np.linspace(0, 1, 777)
     for _, estimate in drawn:
-        np.testing.assert_allclose(
-            estimate.posterior.curve().to_irradiance(levels),
-            estimate.curve.to_irradiance(levels),
-            atol=2e-3,  # made strictly increasing twice: a thousandth each time
-        )
+        # Toe and shoulder are made steady, which leaves an affine change of the rest; and a
+        # curve that is made strictly increasing changes by up to a thousandth.
+        mean = estimate.posterior.curve()
+        assert response_error(estimate.curve, mean, estimate.covered) < 1e-3
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
-from ...response import ResponsePrior, Tabulated
+from ...response import ResponseCurve, ResponsePrior, Tabulated
 from ..band import BAND_SAMPLES, TWO_SIDED_95, covered_range
 from ..base import Finding, ResponseEstimate, ResponseStatus
 from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
@@ -97,12 +98,13 @@ def _handed_out(
     diagnostics: dict[str, float],
 ) -> ResponseEstimate:
     """The estimate that a posterior stands for, with its band."""
-    found = curve = chosen.prior.curve(chosen.coefficients)
+    steep = curve = chosen.prior.curve(chosen.coefficients)
     if status is not ResponseStatus.CANNOT_TELL:
-        curve = steady_toe(found, covered[0])
+        steep = steady_shoulder(curve, covered[1], chosen.prior.curve())
+        curve = steady_toe(steep, covered[0])
     intensity = np.linspace(0, 1, BAND_SAMPLES)
     # Nobody knows whether the toe is steep or steady: the band holds both.
-    centers = np.stack([found.to_irradiance(intensity), curve.to_irradiance(intensity)])
+    centers = np.stack([each.to_irradiance(intensity) for each in (steep, curve)])
     reach = TWO_SIDED_95 * chosen.deviation(intensity, covered)
     return ResponseEstimate(
         curve=curve,
@@ -131,12 +133,44 @@ def steady_toe(curve: Tabulated, low: float) -> Tabulated:
     low : float
         Lowest intensity that edges cover.
     """
-    slopes = np.diff(curve.irradiance) / np.diff(curve.intensity)
-    middles = (curve.intensity[1:] + curve.intensity[:-1]) / 2
+    middles, slopes = _slopes(curve, curve.intensity)
     border = slopes[(middles >= low) & (middles <= low + BORDER)]
     if not border.size:
         return curve
-    slopes = np.where(middles < low, np.minimum(slopes, border.mean()), slopes)
+    return _with_slopes(curve, np.where(middles < low, np.minimum(slopes, border.mean()), slopes))
+
+
+def steady_shoulder(curve: Tabulated, high: float, usual: ResponseCurve) -> Tabulated:
+    """The curve with an inverse that above an intensity rises no faster than is usual.
+
+    Where no edge reaches, the estimate can end almost level. Its inverse is so steep there that
+    a few pixels near white would outshine the whole photo, and ring.
+
+    Parameters
+    ----------
+    curve : Tabulated
+        The estimate.
+    high : float
+        Highest intensity that edges cover.
+    usual : ResponseCurve
+        From `high` on, the inverse gets steeper at most as that of this response does.
+    """
+    middles, slopes = _slopes(curve, curve.intensity)
+    _, known = _slopes(usual, curve.intensity)
+    border = (middles <= high) & (middles >= high - BORDER)
+    if not border.any():
+        return curve
+    limit = slopes[border].mean() * np.maximum(known / known[border].mean(), 1)
+    return _with_slopes(curve, np.where(middles > high, np.minimum(slopes, limit), slopes))
+
+
+def _slopes(curve: ResponseCurve, intensity: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Middles between given intensities, and slopes of the inverse response there."""
+    rises = np.diff(curve.to_irradiance(intensity))
+    return (intensity[1:] + intensity[:-1]) / 2, rises / np.diff(intensity)
+
+
+def _with_slopes(curve: Tabulated, slopes: FloatArray) -> Tabulated:
     light = np.concatenate([[0.0], np.cumsum(slopes * np.diff(curve.intensity))])
     return Tabulated(light / light[-1], curve.intensity)
 
