@@ -33,6 +33,7 @@ from napari_crfdeblur.io import (
     write_psf,
 )
 from napari_crfdeblur.psf import camera_shake
+from napari_crfdeblur.quality import response_error
 from napari_crfdeblur.response import Cameras, GeneralizedGamma, around
 from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
 
@@ -104,10 +105,9 @@ def test_the_next_photo_starts_from_what_is_stored_and_takes_its_place(told):
     assert len(list(told.cameras.iterdir())) == 1
     (written,) = read_responses(told.folder / "two.json")
     stored = told.records[1].posterior.curve()
-    # The posterior is kept at its own nodes, the file's curve between 257 intensities.
-    np.testing.assert_allclose(
-        written.to_irradiance(LEVELS), stored.to_irradiance(LEVELS), atol=1e-3
-    )
+    # The posterior is kept at its own nodes, the file's curve between 257 intensities, with a
+    # steady toe and shoulder, beyond what edges cover.
+    assert response_error(written, stored, (0.2, 0.8)) < 1e-3
 
 
 def test_the_same_picture_is_not_counted_twice_under_another_name(told):

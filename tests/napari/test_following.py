@@ -49,8 +49,10 @@ def irradiance(fitted: Fitted) -> Any:
 
 
 def confirmed(dock: EdgesDock, qtbot: QtBot) -> None:
-    state = dock.session
-    qtbot.waitUntil(lambda: state.state.live is None and dock.runner.idle, timeout=20000)
+    def settled() -> bool:
+        return dock.session.state.live is None and not dock._following.waits and dock.runner.idle
+
+    qtbot.waitUntil(settled, timeout=20000)
 
 
 def test_a_deleted_edge_moves_the_curve_before_the_edges_are_there(paused: EdgesDock) -> None:

@@ -81,7 +81,7 @@ class Fitted:
     estimates: tuple[ResponseEstimate, ...]
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
-    fits: tuple[LiveFit, ...] = ()
+    fits: tuple[LiveFit, ...] = field(default=(), repr=False)
 
     @property
     def curve(self) -> Response:
