@@ -129,6 +129,7 @@ def estimate_response(groups: Sequence[ProfileGroup], method: ResponseFit) -> Re
     Raises
     ------
     CrfDeblurError
-        The profiles cannot determine a response, whatever the method.
+        The profiles cannot determine a response, and the method assumes nothing of the camera
+        that could be handed out instead.
     """
     return drain(estimating_response(groups, method))

@@ -12,13 +12,13 @@ from ..estimate import (
     ResponseEstimate,
     ResponseStatus,
 )
+from ..estimate.band import TWO_SIDED_95
 from ..response import ResponsePrior
 from .camera_keys import CameraKey
 from .cameras import CameraRecord, CountedPhoto, camera_file, read_camera, write_camera
 
 Fits = TypeVar("Fits")  # methods of all channels, or of each
 
-TWO_SIDED_95 = 1.96  # standard deviations of a normal distribution
 # What a status means where a stored camera was the start or all there is.
 STORED = {
     ResponseStatus.GIVEN: "this is the stored estimate",

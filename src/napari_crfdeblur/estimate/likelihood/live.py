@@ -46,7 +46,7 @@ class LiveFit:
     seen: bool
 
     def refit(self, groups: Sequence[ProfileGroup]) -> "LiveFit | None":
-        """The estimate from other profiles, in a hundredth of the time of a full one or so.
+        """The estimate from other profiles, in a tenth of the time of a full one or less.
 
         Status and findings are those of the new profiles, but for what takes more than a step:
         whether photos contradict each other, whether the search has converged and how far the

@@ -34,7 +34,7 @@ class MaximumLikelihood(ResponseFit):
     (Kim et al. 2012, 4.1, for the model). Minimized are the squared residuals of the recorded
     intensity over all of these and the coefficients of the response `f`, whose prior is normal.
     Whole edges that fit badly lose their weight, and the evidence counts for as much as the
-    scatter of the edges says.
+    scatter of the edges says. Without any profile of good contrast, the prior is handed out.
 
     Parameters
     ----------

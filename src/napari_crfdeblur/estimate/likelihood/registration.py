@@ -11,7 +11,8 @@ import numpy as np
 
 from ..._typing import FloatArray, Image
 from .evidence import EdgeGroup
-from .problem import Problem, Shift
+from .model import GroupState
+from .problem import Shift
 from .search import Found
 
 FREE = 1.0  # standard deviation of a channel's place in pixels that hardly binds it
@@ -32,42 +33,42 @@ def misregistration(found: Found) -> FloatArray:
         0 for gray photos, and along a direction that no edge crosses.
     """
     groups = found.problem.groups
-    count = 1 + max(source.channel for group in groups for source in group.group.sources)
-    if count == 1:
-        return np.zeros((1, 2))
-    channels = [_channels(group) for group in groups]
-    free = _freed(found.problem)
+    seen = {source.channel for group in groups for source in group.group.sources}
+    count = 1 + max(seen)
+    if len(seen) == 1:
+        return np.zeros((count, 2))
+    free = replace(found.problem, shift=Shift(found.problem.shift.edge, FREE))
     state = free.normal(found.state).step(found.state, 0.0, 1.0)
-    rows, values = [], []
-    pairs = zip(free.groups, free.weights, state.groups, channels, strict=True)
-    for group, weights, own, channel in pairs:
-        weight = weights.sum(axis=-1) * own.light[..., 1] ** 2
-        total = np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
-        angle = group.group.orientation
-        of_channel = np.eye(count)[channel]
-        # Only differences between the channels of an edge count: its own place does not.
-        apart = of_channel - np.einsum("ec,eck->ek", weight / total, of_channel)[:, np.newaxis]
-        shift = own.shift - (weight * own.shift).sum(axis=1, keepdims=True) / total
-        normal = np.array([np.sin(angle), np.cos(angle)])
-        root = np.sqrt(weight)
-        rows.append(root[..., np.newaxis, np.newaxis] * apart[..., np.newaxis] * normal)
-        # A profile that is displaced by x has the shape s(m - x).
-        values.append(-root * shift)
-    design = np.concatenate([row.reshape(-1, 2 * count) for row in rows])
-    target = np.concatenate([value.ravel() for value in values])
-    return np.asarray(np.linalg.lstsq(design, target, rcond=None)[0].reshape(count, 2))
+    triples = zip(free.groups, free.weights, state.groups, strict=True)
+    designs, targets = zip(*(_equations(*triple, count) for triple in triples), strict=True)
+    solved = np.linalg.lstsq(np.concatenate(designs), np.concatenate(targets), rcond=None)[0]
+    return np.asarray(solved.reshape(count, 2))
 
 
-def _freed(problem: Problem) -> Problem:
-    return replace(problem, shift=Shift(problem.shift.edge, FREE))
+def _equations(
+    group: EdgeGroup, weights: FloatArray, own: GroupState, count: int
+) -> tuple[FloatArray, FloatArray]:
+    """What the shifts of one group say of the displacements: matrix (E C, 2 count), and values.
+
+    Only differences between the channels of an edge count: its own place does not.
+    """
+    weight = weights.sum(axis=-1) * own.light[..., 1] ** 2
+    share = weight / np.maximum(weight.sum(axis=1, keepdims=True), 1e-12)
+    of_channel = np.eye(count)[_channels(group)]
+    apart = of_channel - np.einsum("ec,eck->ek", share, of_channel)[:, np.newaxis]
+    shift = own.shift - (share * own.shift).sum(axis=1, keepdims=True)
+    angle, root = group.group.orientation, np.sqrt(weight)
+    normal = np.array([np.sin(angle), np.cos(angle)])
+    design = root[..., np.newaxis, np.newaxis] * apart[..., np.newaxis] * normal
+    # A profile that is displaced by x has the shape s(m - x).
+    return design.reshape(-1, 2 * count), -(root * shift).ravel()
 
 
 def _channels(group: EdgeGroup) -> Image:
     """Color channel of each profile, shape (E, C); 0 where there is none."""
-    sources = group.group.sources
     rows = {(photo, edge): row for row, (photo, edge) in enumerate(group.edges.tolist())}
     channels, filled = np.zeros(group.present.shape, dtype=np.int64), np.zeros(len(rows), int)
-    for source in sources:
+    for source in group.group.sources:
         row = rows[source.image, source.edge]
         channels[row, filled[row]] = source.channel
         filled[row] += 1
