@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from napari_crfdeblur.psf.nonnegative import nonnegative_minimum
+from napari_crfdeblur.psf.radon.nonnegative import nonnegative_minimum
 
 
 @pytest.mark.parametrize("seed", range(5))

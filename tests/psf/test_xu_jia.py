@@ -7,7 +7,7 @@ from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import PsfStatus, XuJia, camera_shake, estimate_psf, estimating_psf
-from napari_crfdeblur.psf.region import informative_region
+from napari_crfdeblur.psf.blind.region import informative_region
 from napari_crfdeblur.quality import kernel_similarity
 
 

@@ -10,11 +10,11 @@ from .base import (
     estimate_psf,
     estimating_psf,
 )
+from .blind import XuJia
 from .given import GivenPsf
 from .projection import project
 from .radon import RadonFit, estimate_psf_from_profiles, estimating_psf_from_profiles
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
-from .xu_jia import XuJia
 
 __all__ = [
     "GivenPsf",

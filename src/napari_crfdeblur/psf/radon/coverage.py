@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .._typing import FloatArray
-from .base import PsfStatus
+from ..._typing import FloatArray
+from ..base import PsfStatus
 from .spread_fit import Placed, Shape
 
 # What good estimates reach. Chosen on 50 photos of known truth, with the true response: those

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import fft
 
-from .._typing import BoolArray, FloatArray
-from ..fourier import ComplexArray, convolve, fast_shape, forward
+from ..._typing import BoolArray, FloatArray
+from ...fourier import ComplexArray, convolve, fast_shape, forward
 
 STEPS = 30  # of conjugate gradients at most
 NEGLIGIBLE = 1e-8  # share of the initial energy at which conjugate gradients stop

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._typing import FloatArray
+from ..._typing import FloatArray
+from ..projection import NARROWEST, project_pixel
 from .edge_spreads import EdgeSpreads
-from .projection import NARROWEST, project_pixel
 
 SHIFT = 0.5  # standard deviation of a profile's place about that of its group, pixels
 FREEDOM = 1.0  # of Student's distribution: how little a profile counts that fits badly

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import ndimage
 
-from .._typing import FloatArray
-from ..linear import Response
-from ..profiles.base import ProfileGroup
-from ..progress import Job, Progress, drain
-from .base import PsfEstimate, centered, cleared
+from ..._typing import FloatArray
+from ...linear import Response
+from ...profiles.base import ProfileGroup
+from ...progress import Job, Progress, drain
+from ..base import PsfEstimate, centered, cleared
 from .coverage import judge, measure_coverage
 from .edge_spreads import EdgeSpreads, linearized
 from .nonnegative import nonnegative_minimum

@@ -3,8 +3,8 @@
 import numpy as np
 from scipy import ndimage
 
-from .._typing import FloatArray
-from ..fourier import Shape
+from ..._typing import FloatArray
+from ...fourier import Shape
 from .edge_prediction import gradient
 
 SATURATED = 0.99  # of full scale: clipped light is not a convolution any more

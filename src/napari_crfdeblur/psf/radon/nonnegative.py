@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import linalg
 
-from .._typing import FloatArray
+from ..._typing import FloatArray
 
 STEPS = 12  # at most: what uses it starts again where it ended
 CLOSE = 1e-4  # change, as a share of the largest value, at which the search ends

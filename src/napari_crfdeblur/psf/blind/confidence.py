@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .._typing import FloatArray
-from .base import PsfStatus
+from ..._typing import FloatArray
+from ..base import PsfStatus
 from .kernel_fit import KernelFit
 
 # What good estimates reach. Chosen on 28 pictures blurred by known PSFs, of which 5 were

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..fourier import (
+from ..._typing import FloatArray
+from ...fourier import (
     Shape,
     correlate,
     fast_shape,
