@@ -1,9 +1,19 @@
 """Linearize and reapply undo each other, for every kind of photo and of response."""
 
+from io import BytesIO
+
 import numpy as np
 import pytest
+from PIL import Image as Pillow
 
-from napari_crfdeblur.linear import BLOCK, linearize, linearizing, reapply, reapplying
+from napari_crfdeblur.linear import (
+    BLOCK,
+    clipped_pixels,
+    linearize,
+    linearizing,
+    reapply,
+    reapplying,
+)
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.response import (
     SRGB,
@@ -223,3 +233,42 @@ def test_what_is_no_image_is_refused(wrong):
         linearize(wrong, SRGB())
     with pytest.raises(ValueError, match="expected an image"):
         reapply(wrong, SRGB())
+
+
+@each_kind
+def test_clipped_pixels_are_those_at_the_top_channel_by_channel(dtype):
+    photo = photo_of(dtype) // 2 if np.dtype(dtype).kind == "u" else photo_of(dtype) / 2
+    top = np.iinfo(dtype).max if photo.dtype.kind == "u" else 1
+    photo[4:6, 7, 0] = photo[20, 30, 2] = top
+    photo[1, 1, 1] = round(0.992 * top) if top > 1 else 0.992  # as JPEG scatters
+    photo[1, 2, 1] = round(0.97 * top) if top > 1 else 0.97
+    clipped = clipped_pixels(photo)
+    assert clipped.dtype == bool
+    assert clipped.shape == photo.shape
+    assert set(zip(*np.nonzero(clipped), strict=True)) == {
+        (1, 1, 1),
+        (4, 7, 0),
+        (5, 7, 0),
+        (20, 30, 2),
+    }
+    assert clipped_pixels(photo, scatter=0).sum() == 3
+    assert clipped_pixels(photo, level=0.97).sum() == 5
+
+
+def test_saturated_pixels_are_found_again_after_jpeg():
+    light = np.tile(np.linspace(0.2, 1.6, 120), (90, 1))
+    photo = np.stack([np.rint(255 * np.clip(light, 0, 1)).astype(np.uint8)] * 3, axis=2)
+    file = BytesIO()
+    Pillow.fromarray(photo).save(file, "JPEG", quality=85)
+    compressed = np.asarray(Pillow.open(BytesIO(file.getvalue())))
+    truth = light >= 1
+    found = clipped_pixels(compressed)[..., 1]
+    # beside the edge, a pixel or two of the slope are within three levels of the top
+    assert found[truth].mean() > 0.99
+    assert found[~truth].mean() < 0.03
+
+
+@pytest.mark.parametrize(("level", "scatter"), [(0, 0), (1.2, 0), (1, 1), (0.5, -0.1)])
+def test_a_range_that_is_none_is_refused(level, scatter):
+    with pytest.raises(ValueError, match="expected a level"):
+        clipped_pixels(photo_of(np.uint8), level=level, scatter=scatter)

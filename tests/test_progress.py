@@ -2,7 +2,7 @@
 
 import pytest
 
-from napari_crfdeblur.progress import Progress, drain
+from napari_crfdeblur.progress import Progress, drain, nth
 
 
 def counting(total, log):
@@ -63,3 +63,29 @@ def test_jobs_within_jobs_pass_their_reports_on():
     reports = []
     assert drain(outer(), reports.append) == "resultresult"
     assert [r.done for r in reports] == [0, 1, 0]
+
+
+def test_parts_of_a_job_report_their_share_of_the_whole():
+    def both():
+        first = yield from nth(counting(2, []), 0, 2, "page")
+        second = yield from nth(counting(2, []), 1, 2, "page")
+        return [first, second]
+
+    reports = []
+    assert drain(both(), reports.append) == ["result", "result"]
+    assert reports[-1] == Progress("count, page 2 of 2", 3, 4)
+    assert [r.done for r in reports] == [0, 1, 2, 3]
+
+
+def test_a_single_part_reports_as_it_is():
+    reports = []
+    drain(nth(counting(2, []), 0, 1, "page"), reports.append)
+    assert reports == [Progress("count", 0, 2), Progress("count", 1, 2)]
+
+
+def test_closing_a_part_closes_the_job():
+    log = []
+    job = nth(counting(9, log), 1, 3, "page")
+    next(job)
+    job.close()
+    assert log == ["closed"]

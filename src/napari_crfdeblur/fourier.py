@@ -1,73 +1,87 @@
-"""Fast convolution: sizes that transform fast, transfer functions, transforms of planes."""
+"""Fast convolution: sizes that transform fast, transfer functions, transforms of planes.
 
-from collections.abc import Iterator
-from typing import Any, TypeAlias
+Planes and volumes, arrays of numpy and of other libraries alike.
+"""
+
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 from scipy import fft
 
+from . import arrays
 from ._typing import FloatArray
 from .progress import Job, Progress, drain
 
 ComplexArray: TypeAlias = NDArray[np.complexfloating[Any]]
 Shape: TypeAlias = tuple[int, int]
+Sides = TypeVar("Sides", bound=tuple[int, ...])
+Kind: TypeAlias = FloatArray | DTypeLike
+"""An array to be like, in kind, precision and device; or a data type, for numpy's arrays."""
 
-BLOCK = 1 << 16  # elements that are worked on at a time, so that they stay in the cache
 
-
-def fast_shape(shape: Shape) -> Shape:
+def fast_shape(shape: Sides) -> Sides:
     """Smallest shape that is at least `shape` and transforms fast as real numbers."""
-    rows, columns = shape
-    return fft.next_fast_len(rows, real=True), fft.next_fast_len(columns, real=True)
+    return type(shape)(fft.next_fast_len(side, real=True) for side in shape)
 
 
 def forward(plane: FloatArray) -> ComplexArray:
-    """Transform of a real plane (M, N): its half spectrum, (M, N // 2 + 1)."""
-    spectrum: ComplexArray = fft.rfft2(plane)
+    """Transform of a real plane (M, N): its half spectrum, (M, N // 2 + 1); volumes likewise."""
+    spectrum: ComplexArray = arrays.forward(plane)
     return spectrum
 
 
-def inverse(spectrum: ComplexArray, shape: Shape) -> FloatArray:
+def inverse(spectrum: ComplexArray, shape: tuple[int, ...]) -> FloatArray:
     """Real plane of the given shape whose half spectrum this is; overwrites `spectrum`."""
-    plane: FloatArray = fft.irfft2(spectrum, s=shape, overwrite_x=True)
+    plane: FloatArray = arrays.inverse(spectrum, shape)
     return plane
 
 
-def otf(psf: FloatArray, shape: Shape, dtype: DTypeLike = np.float32) -> ComplexArray:
-    """Optical transfer function of a PSF for planes of `shape`, in the precision of `dtype`.
+def otf(psf: FloatArray, shape: tuple[int, ...], kind: Kind = np.float32) -> ComplexArray:
+    """Optical transfer function of a PSF for planes of `shape`.
 
     The pixel ``side // 2`` of the PSF is the origin, so that multiplying a half spectrum by
     it is a circular convolution that does not shift the picture.
     """
-    kernel = np.zeros(shape, dtype=dtype)
-    kernel[: psf.shape[0], : psf.shape[1]] = psf
-    return forward(np.roll(kernel, [-(side // 2) for side in psf.shape], axis=(0, 1)))
+    kernel = arrays.zeros(shape, kind)
+    kernel[tuple(slice(side) for side in psf.shape)] = arrays.like(psf, kind)
+    shift = tuple(-(side // 2) for side in psf.shape)
+    return forward(arrays.namespace(kernel).roll(kernel, shift, axis=tuple(range(psf.ndim))))
 
 
-def gradient_power(shape: Shape, dtype: DTypeLike = np.float32) -> tuple[FloatArray, FloatArray]:
-    """Power of the forward differences, ``|D|^2 = rows[:, None] + columns``, as two vectors.
+def gradient_power(shape: tuple[int, ...], kind: Kind = np.float32) -> tuple[FloatArray, ...]:
+    """Power of the forward differences along each axis, as a vector each.
 
-    ``4 sin^2(pi u)`` along either axis, `u` in cycles per pixel; `columns` is for the half
-    spectrum of planes of `shape`.
+    ``4 sin^2(pi u)``, `u` in cycles per pixel; the last is for the half spectrum of planes of
+    `shape`. :func:`laplacian_power` adds them up.
     """
-    rows = 4 * np.sin(np.pi * fft.fftfreq(shape[0])) ** 2
-    columns = 4 * np.sin(np.pi * fft.rfftfreq(shape[1])) ** 2
-    return rows.astype(dtype), columns.astype(dtype)
+    frequencies = [fft.fftfreq(side) for side in shape[:-1]] + [fft.rfftfreq(shape[-1])]
+    return tuple(arrays.like(4 * np.sin(np.pi * each) ** 2, kind) for each in frequencies)
+
+
+def laplacian_power(powers: tuple[FloatArray, ...], block: slice = slice(None)) -> FloatArray:
+    """``|D|^2``, the sum over the axes of what :func:`gradient_power` gives: rows `block`."""
+    along = arrays.namespace(powers[-1])
+    total: FloatArray = powers[-1]
+    for count, each in enumerate(reversed(powers[1:-1]), start=1):
+        total = along.reshape(each, (-1,) + (1,) * count) + total
+    total = along.reshape(powers[0][block], (-1,) + (1,) * (len(powers) - 1)) + total
+    return total
 
 
 def power(spectrum: ComplexArray) -> FloatArray:
     """Squared magnitude of a spectrum, without the square root that ``abs`` would take."""
-    squared: FloatArray = np.square(spectrum.real)
-    squared += np.square(spectrum.imag)
+    xp = arrays.namespace(spectrum)
+    squared: FloatArray = xp.square(xp.real(spectrum))
+    squared += xp.square(xp.imag(spectrum))
     return squared
 
 
-def row_blocks(shape: tuple[int, ...], size: int = BLOCK) -> Iterator[slice]:
-    """Rows of a plane in blocks that fit the cache, for a series of elementwise steps."""
-    height = max(1, size // shape[1])
-    for start in range(0, shape[0], height):
-        yield slice(start, min(start + height, shape[0]))
+def multiply_conjugate(spectrum: ComplexArray, transfer: ComplexArray) -> None:
+    """Multiply a spectrum by the conjugate of another, in place."""
+    xp = arrays.namespace(spectrum)
+    for block in arrays.blocks(spectrum):
+        spectrum[block, ...] *= xp.conj(transfer[block, ...])
 
 
 def convolve(plane: FloatArray, transfer: ComplexArray) -> FloatArray:
@@ -92,6 +106,5 @@ def correlating(plane: FloatArray, transfer: ComplexArray, at: Progress) -> Job[
     """Job of :func:`correlate`: reports `at` between its transforms."""
     spectrum = forward(plane)
     yield at
-    for block in row_blocks(spectrum.shape):
-        spectrum[block] *= np.conj(transfer[block])
+    multiply_conjugate(spectrum, transfer)
     return inverse(spectrum, plane.shape)

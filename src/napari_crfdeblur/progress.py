@@ -40,3 +40,32 @@ def drain(job: "Job[T]", report: Callable[[Progress], None] | None = None) -> T:
         return result
     finally:
         job.close()
+
+
+def nth(job: "Job[T]", number: int, count: int, part: str) -> "Job[T]":
+    """One of several equal jobs; its progress is the share of all of them that is done.
+
+    Parameters
+    ----------
+    job : Job
+        The part that is done now.
+    number : int
+        Of the part, from 0.
+    count : int
+        Of all parts.
+    part : str
+        What the user calls a part, such as "slice".
+    """
+    if count == 1:
+        return (yield from job)
+    try:
+        while True:
+            progress = next(job)
+            done = number * progress.total + progress.done
+            title = f"{progress.stage}, {part} {number + 1} of {count}"
+            yield Progress(title, done, count * progress.total)
+    except StopIteration as stop:
+        result: T = stop.value
+        return result
+    finally:
+        job.close()

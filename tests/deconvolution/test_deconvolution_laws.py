@@ -11,21 +11,35 @@ from scipy.signal import fftconvolve
 from napari_crfdeblur.deconvolution import (
     Deconvolver,
     HyperLaplacian,
+    LocalShrinkage,
+    PlaneStatistics,
     RichardsonLucy,
     SparseIrls,
+    TotalVariation,
     Wiener,
     deconvolve,
     deconvolving,
+    measure,
 )
 from napari_crfdeblur.progress import Progress, drain
 
-METHODS: list[Deconvolver] = [Wiener(), RichardsonLucy(), SparseIrls(), HyperLaplacian()]
-LINEAR_MODELS = [Wiener(), SparseIrls(), HyperLaplacian()]  # whose prior is on differences
+METHODS: list[Deconvolver] = [
+    Wiener(),
+    RichardsonLucy(),
+    SparseIrls(),
+    HyperLaplacian(),
+    LocalShrinkage(),
+    TotalVariation(),
+]
+# whose prior is on differences
+LINEAR_MODELS = [Wiener(), SparseIrls(), HyperLaplacian(), LocalShrinkage(), TotalVariation()]
 NEARLY_FREE = [
     Wiener(1e-8),
     RichardsonLucy(),
     SparseIrls(1e-8),
     HyperLaplacian(1e-8, stages=8),
+    LocalShrinkage(1e-8),
+    TotalVariation(1e-8),
 ]
 
 every_method = pytest.mark.parametrize("method", METHODS, ids=lambda m: type(m).__name__)
@@ -237,7 +251,7 @@ def test_progress_counts_up_to_the_total(method):
 @pytest.mark.parametrize("side", [(40, 50), (20, 24)])  # with bands at the border, and without
 def test_a_job_can_be_stopped_between_any_two_transforms(method, side, monkeypatch):
     transforms, most = [], 0
-    for name in ("rfft2", "irfft2"):
+    for name in ("rfftn", "irfftn"):
         monkeypatch.setattr(fft, name, counting(getattr(fft, name), transforms))
     for _ in deconvolving(leaves(side, 9), shake(5, 3), method):
         most = max(most, len(transforms))
@@ -270,3 +284,14 @@ def test_methods_are_values(method):
     assert hash(method) == hash(type(method)())
     with pytest.raises(FrozenInstanceError):
         setattr(method, fields(method)[0].name, 3)
+
+
+@every_method
+def test_statistics_of_the_whole_picture_replace_those_of_the_plane(method, case):
+    _, blurred, psf = case
+    run = drain(method.run(blurred, psf, statistics=measure(blurred)))
+    np.testing.assert_array_equal(run, deconvolve(blurred, psf, method))
+    noisy = PlaneStatistics(noise=0.1, contrast=measure(blurred).contrast)
+    smoother = drain(method.run(blurred, psf, statistics=noisy))
+    if not isinstance(method, RichardsonLucy):  # which has no weight
+        assert np.abs(np.diff(smoother)).sum() < np.abs(np.diff(run)).sum()

@@ -1,19 +1,41 @@
 """Deconvolution: from a linear image and its PSF to a sharper linear image."""
 
-from .base import Deconvolver, deconvolve, deconvolving
+from .base import (
+    Deconvolver,
+    deconvolve,
+    deconvolve_slices,
+    deconvolving,
+    deconvolving_slices,
+)
 from .hyper_laplacian import HyperLaplacian
 from .irls import SparseIrls
-from .noise import noise_level
+from .local_shrinkage import LocalShrinkage
+from .noise import PlaneStatistics, measure, noise_level
+from .noise_model import LightNoise, fit_noise
 from .richardson_lucy import RichardsonLucy
+from .tiles import Tiled
+from .total_variation import TotalVariation
+from .varying import deconvolve_varying, deconvolving_varying
 from .wiener import Wiener
 
 __all__ = [
     "Deconvolver",
     "HyperLaplacian",
+    "LightNoise",
+    "LocalShrinkage",
+    "PlaneStatistics",
     "RichardsonLucy",
     "SparseIrls",
+    "Tiled",
+    "TotalVariation",
     "Wiener",
     "deconvolve",
+    "deconvolve_slices",
+    "deconvolve_varying",
     "deconvolving",
+    "deconvolving_slices",
+    "deconvolving_varying",
+    "fit_noise",
+    "measure",
     "noise_level",
 ]

@@ -2,65 +2,186 @@
 
 from abc import ABC, abstractmethod
 
-import numpy as np
-
-from .._typing import FloatArray
+from .. import arrays
+from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, drain
 from ..psf.base import as_psf
+from .noise import PlaneStatistics
 
 
 class Deconvolver(ABC):
-    """A method to undo the blur of one plane."""
+    """A method to undo the blur of one plane, or of one volume."""
 
     __slots__ = ()
 
     @abstractmethod
-    def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
-        """Long job: deconvolve a plane of shape (M, N) with a checked PSF.
+    def run(
+        self,
+        plane: FloatArray,
+        psf: FloatArray,
+        *,
+        clipped: BoolArray | None = None,
+        statistics: PlaneStatistics | None = None,
+    ) -> Job[FloatArray]:
+        """Long job: deconvolve a plane (M, N) or a volume (Z, M, N).
 
-        The plane is float32 or float64 and is not modified; the result has its shape and
-        kind. Borders are handled, so that they do not ring.
+        Borders are handled, so that they do not ring.
+
+        Parameters
+        ----------
+        plane : ndarray, shape (M, N) or (Z, M, N)
+            float32 or float64, not modified; the result has its shape and kind.
+        psf : ndarray, shape (H, W) or (D, H, W)
+            Made by :func:`~napari_crfdeblur.psf.as_psf`, no larger than the plane.
+        clipped : ndarray of bool, the shape of `plane`, optional
+            True where the camera saturated: there the blurred light is at least `plane`.
+        statistics : PlaneStatistics, optional
+            Noise and contrast of the whole picture, of which `plane` may be a part; by
+            default they are measured on `plane`.
         """
 
 
-def deconvolving(linear: FloatArray, psf: FloatArray, method: Deconvolver) -> Job[FloatArray]:
+def deconvolving(
+    linear: FloatArray,
+    psf: FloatArray,
+    method: Deconvolver,
+    *,
+    clipped: BoolArray | None = None,
+) -> Job[FloatArray]:
     """Job of :func:`deconvolve`: reports progress, can be stopped."""
-    linear = np.asarray(linear)
-    if linear.ndim not in (2, 3) or linear.size == 0:
-        raise ValueError(f"expected an image (M, N) or (M, N, C), got {linear.shape}")
-    if linear.dtype not in (np.float32, np.float64):
-        raise ValueError(f"expected a linear image of float32 or float64, got {linear.dtype}")
-    psf = as_psf(psf)
-    if psf.shape[0] > linear.shape[0] or psf.shape[1] > linear.shape[1]:
-        raise CrfDeblurError(
-            f"the PSF, {psf.shape[1]} x {psf.shape[0]} pixels, is larger than the image, "
-            f"{linear.shape[1]} x {linear.shape[0]}; give a smaller PSF or a larger image"
-        )
-    if not np.isfinite(linear).all():
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
-    if linear.ndim == 2:
-        return (yield from method.run(linear, psf))
-    sharp = np.empty_like(linear)
-    for channel in range(linear.shape[2]):
-        plane = np.ascontiguousarray(linear[..., channel])
-        sharp[..., channel] = yield from method.run(plane, psf)
+    linear, psf = arrays.as_array(linear), as_psf(psf)
+    _check_image(linear, psf)
+    clipped = _checked(clipped, linear)
+    if linear.ndim == psf.ndim:
+        return (yield from method.run(linear, psf, clipped=clipped))
+    sharp: FloatArray = arrays.empty_like(linear)
+    for channel in range(linear.shape[-1]):
+        plane = arrays.contiguous(linear[..., channel])
+        own = None if clipped is None else _checked(clipped[..., channel], plane)
+        sharp[..., channel] = yield from method.run(plane, psf, clipped=own)
     return sharp
 
 
-def deconvolve(linear: FloatArray, psf: FloatArray, method: Deconvolver) -> FloatArray:
-    """Undo the blur of a linear image.
+def _checked(clipped: BoolArray | None, linear: FloatArray) -> BoolArray | None:
+    """Clipped pixels as they can be worked with; None if there are none."""
+    if clipped is None:
+        return None
+    if clipped.shape != linear.shape or arrays.dtype_name(clipped) != "bool":
+        raise ValueError(
+            f"expected clipped pixels as bool of shape {tuple(linear.shape)}, "
+            f"got {arrays.dtype_name(clipped)} of shape {tuple(clipped.shape)}"
+        )
+    return arrays.contiguous(clipped) if bool(arrays.namespace(clipped).any(clipped)) else None
+
+
+def deconvolving_slices(
+    stack: FloatArray,
+    psf: FloatArray,
+    method: Deconvolver,
+    *,
+    clipped: BoolArray | None = None,
+) -> Job[FloatArray]:
+    """Job of :func:`deconvolve_slices`: reports progress, can be stopped."""
+    stack = arrays.as_array(stack)
+    if stack.ndim not in (3, 4) or stack.shape[0] == 0:
+        raise ValueError(f"expected a stack (Z, M, N) or (Z, M, N, C), got {tuple(stack.shape)}")
+    if clipped is not None and clipped.shape != stack.shape:
+        raise ValueError(
+            f"expected clipped pixels of shape {tuple(stack.shape)}, got {tuple(clipped.shape)}"
+        )
+    sharp: FloatArray = arrays.empty_like(stack)
+    for z in range(stack.shape[0]):
+        own = None if clipped is None else clipped[z, ...]
+        sharp[z, ...] = yield from deconvolving(stack[z, ...], psf, method, clipped=own)
+    return sharp
+
+
+def deconvolve_slices(
+    stack: FloatArray,
+    psf: FloatArray,
+    method: Deconvolver,
+    *,
+    clipped: BoolArray | None = None,
+) -> FloatArray:
+    """Undo the same blur in every slice of a stack, one by one.
 
     Parameters
     ----------
-    linear : ndarray, shape (M, N) or (M, N, C)
-        Relative irradiance, float32 or float64; channels are restored one by one.
+    stack : ndarray, shape (Z, M, N) or (Z, M, N, C)
+        Relative irradiance, float32 or float64.
     psf : ndarray, shape (H, W)
+        Point spread function within a slice, as for :func:`deconvolve`; with one of three
+        dimensions, hand the whole stack to that.
+    method : Deconvolver
+        For example :class:`~napari_crfdeblur.deconvolution.RichardsonLucy`.
+    clipped : ndarray of bool, the shape of `stack`, optional
+        True where the camera saturated.
+
+    Returns
+    -------
+    ndarray
+        The shape and kind of `stack`.
+
+    Raises
+    ------
+    CrfDeblurError
+        As :func:`deconvolve`.
+    """
+    return drain(deconvolving_slices(stack, psf, method, clipped=clipped))
+
+
+def _check_image(linear: FloatArray, psf: FloatArray) -> None:
+    axes = psf.ndim
+    if axes == 3 and linear.ndim == 2:
+        raise CrfDeblurError(
+            f"the PSF has 3 dimensions, {_size(psf.shape)}, but the image has 2; "
+            "give a PSF with rows and columns, or a volume"
+        )
+    if linear.ndim not in (axes, axes + 1) or 0 in linear.shape:
+        shapes = "(M, N) or (M, N, C)" if axes == 2 else "(Z, M, N) or (Z, M, N, C)"
+        raise ValueError(
+            f"expected an image {shapes} for a PSF of {axes} dimensions, got {tuple(linear.shape)}"
+        )
+    if arrays.dtype_name(linear) not in ("float32", "float64"):
+        raise ValueError(f"expected a linear image of float32 or float64, got {linear.dtype}")
+    if any(large > side for large, side in zip(psf.shape, linear.shape[:axes], strict=True)):
+        raise CrfDeblurError(
+            f"the PSF, {_size(psf.shape)} pixels, is larger than the image, "
+            f"{_size(linear.shape[:axes])}; give a smaller PSF or a larger image"
+        )
+    xp = arrays.namespace(linear)
+    if not bool(xp.all(xp.isfinite(linear))):
+        raise CrfDeblurError(
+            "the image has pixels that are not finite (NaN or infinity); replace them first"
+        )
+
+
+def _size(shape: tuple[int, ...]) -> str:
+    """Sides as a user gives them: width first."""
+    return " x ".join(str(side) for side in reversed(shape))
+
+
+def deconvolve(
+    linear: FloatArray,
+    psf: FloatArray,
+    method: Deconvolver,
+    *,
+    clipped: BoolArray | None = None,
+) -> FloatArray:
+    """Undo the blur of a linear image or volume.
+
+    Parameters
+    ----------
+    linear : ndarray, shape (M, N) or (M, N, C); (Z, M, N) or (Z, M, N, C) for a 3-D PSF
+        Relative irradiance, float32 or float64; channels are restored one by one. An array of
+        numpy, or of torch or cupy, on whose device it is worked on.
+    psf : ndarray, shape (H, W) or (D, H, W)
         Point spread function, non-negative; scaled to sum 1, origin at ``side // 2``.
     method : Deconvolver
         For example :class:`~napari_crfdeblur.deconvolution.HyperLaplacian`.
+    clipped : ndarray of bool, the shape of `linear`, optional
+        True where the camera saturated, so that the recorded light is only a lower bound.
 
     Returns
     -------
@@ -72,4 +193,4 @@ def deconvolve(linear: FloatArray, psf: FloatArray, method: Deconvolver) -> Floa
     CrfDeblurError
         A PSF that is no PSF or larger than the image; an image that is not finite.
     """
-    return drain(deconvolving(linear, psf, method))
+    return drain(deconvolving(linear, psf, method, clipped=clipped))

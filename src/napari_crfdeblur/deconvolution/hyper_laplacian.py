@@ -5,12 +5,22 @@ from functools import lru_cache
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..boundary import extending
-from ..fourier import ComplexArray, forward, gradient_power, inverse, otf, power, row_blocks
+from .. import arrays
+from .._typing import BoolArray, FloatArray
+from ..boundary import frame
+from ..fourier import (
+    ComplexArray,
+    forward,
+    gradient_power,
+    inverse,
+    laplacian_power,
+)
 from ..progress import Job, Progress
+from . import loops
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_weight, contrast, relative_noise
+from .differences import add_adjoint, difference, subtract_behind
+from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .recorded import Recorded, recording
 
 WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
@@ -59,94 +69,91 @@ class HyperLaplacian(Deconvolver):
                 f"expected at least 1 stage of 1 step, got {self.stages} of {self.steps}"
             )
 
-    def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
-        """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
+    def run(
+        self,
+        plane: FloatArray,
+        psf: FloatArray,
+        *,
+        clipped: BoolArray | None = None,
+        statistics: PlaneStatistics | None = None,
+    ) -> Job[FloatArray]:
+        """Long job: deconvolve a plane or volume with a checked PSF."""
         total = 3 + 2 * self.stages * self.steps
         reports = (Progress("hyper-Laplacian", done, total) for done in range(total + 1))
-        yield (start := next(reports))
-        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
-        scale = contrast(plane)
-        sharp = yield from extending(plane, psf, start)
-        yield next(reports)
-        sharp /= scale
-        shape = sharp.shape
-        transfer = otf(psf, shape, plane.dtype)
-        gain = power(transfer)
-        yield next(reports)
-        blurred = _correlated(sharp, transfer)
-        del transfer  # three planes are all that is kept
-        yield next(reports)
+        yield (at := next(reports))
+        found = statistics or measure(plane)
+        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        sharp, data = yield from recording(plane, psf, clipped, found.contrast, at)
+        for _ in range(3):
+            yield (at := next(reports))
         for step in range(self.stages * self.steps):
             beta = GROWTH ** (step // self.steps)
-            _shrink_gradient(sharp, beta, self.exponent)
+            if step > 0:
+                yield from data.filling(sharp, at)
+            shrink_gradient(sharp, beta, self.exponent)
+            if step > 0:
+                yield from data.completing(sharp, 1 / (weight * beta), at)
             spectrum = forward(sharp)
-            yield next(reports)
-            _solve(spectrum, blurred, gain, shape[1], weight * beta)
-            sharp = inverse(spectrum, shape)
-            yield next(reports)
-        return sharp[: plane.shape[0], : plane.shape[1]] * plane.dtype.type(scale)
+            yield (at := next(reports))
+            _solve(spectrum, data, sharp.shape[-1], weight * beta)
+            sharp = inverse(spectrum, sharp.shape)
+            yield (at := next(reports))
+        return sharp[frame(plane.shape)] * found.contrast
 
 
-def _correlated(plane: FloatArray, transfer: ComplexArray) -> ComplexArray:
-    """Spectrum ``conj(K) Y``; the transfer function is conjugated in place."""
-    spectrum = forward(plane)
-    spectrum *= np.conj(transfer, out=transfer)
-    return spectrum
-
-
-def _solve(
-    spectrum: ComplexArray, blurred: ComplexArray, gain: FloatArray, width: int, coupling: float
-) -> None:
+def _solve(spectrum: ComplexArray, data: Recorded, width: int, coupling: float) -> None:
     """``X = (conj(K) Y + c V) / (|K|^2 + c |D|^2)``, Eq. 4, in place of `V`.
 
     `V` is the spectrum of ``D^T v`` and `c` is ``w beta``; `width` that of the plane.
     """
-    rows, columns = gradient_power((gain.shape[0], width), gain.dtype)
-    for block in row_blocks(gain.shape):
-        inverse_gain = coupling * (rows[block, None] + columns)
-        inverse_gain += gain[block]
-        np.reciprocal(inverse_gain, out=inverse_gain)
-        part = spectrum[block]
+    gain, correlated = data.gain, data.correlated
+    powers = gradient_power((*gain.shape[:-1], width), gain)
+    if fused := loops.compiled(loops.solve, gain):
+        real = gain.dtype
+        fused(spectrum.view(real), correlated.view(real), gain, *powers, real.type(coupling))
+        return
+    for block in arrays.blocks(gain):
+        inverse_gain = laplacian_power(powers, block)
+        inverse_gain *= coupling
+        inverse_gain += gain[block, ...]
+        inverse_gain = 1 / inverse_gain
+        part = spectrum[block, ...]
         part *= coupling
-        part += blurred[block]
+        part += correlated[block, ...]
         part *= inverse_gain
 
 
-def _shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:
+def shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:
     """Replace a periodic plane `x` by ``D^T v``, `v` its shrunk gradient, block by block."""
-    first = plane[:1].copy()
-    above = _shrunk(first - plane[-1:], beta, exponent)
-    for block in row_blocks(plane.shape):
-        part = plane[block]
-        below = plane[block.stop] if block.stop < len(plane) else first[0]
-        across, down = (_shrunk(d, beta, exponent) for d in _differences(part, below))
-        np.add(across, down, out=part)
-        np.negative(part, out=part)
-        part[:, 1:] += across[:, :-1]
-        part[:, 0] += across[:, -1]
-        part[1:] += down[:-1]
-        part[0] += above[0]
-        above = down[-1:]
-
-
-def _differences(part: FloatArray, below: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Forward differences along rows, periodic, and along columns, with the next row below."""
-    across, down = np.empty_like(part), np.empty_like(part)
-    np.subtract(part[:, 1:], part[:, :-1], out=across[:, :-1])
-    np.subtract(part[:, 0], part[:, -1], out=across[:, -1])
-    np.subtract(part[1:], part[:-1], out=down[:-1])
-    np.subtract(below, part[-1], out=down[-1])
-    return across, down
+    if fused := loops.compiled(loops.shrink_gradient, plane):
+        cells, table = _cells(beta, exponent), _shares(exponent, arrays.dtype_name(plane))
+        work = np.empty((2, plane.shape[1]), dtype=plane.dtype)
+        fused(plane, table, plane.dtype.type(cells), work[0], work[1])
+        return
+    first = arrays.copy(plane[:1, ...])
+    above = _shrunk(first - plane[-1:, ...], beta, exponent)
+    for block in arrays.blocks(plane):
+        part = plane[block, ...]
+        below = plane[block.stop : block.stop + 1, ...] if block.stop < plane.shape[0] else first
+        down = _shrunk(difference(part, 0, below), beta, exponent)
+        across = [_shrunk(difference(part, axis), beta, exponent) for axis in range(1, plane.ndim)]
+        subtract_behind(part, down, above)
+        for axis, each in enumerate(across, start=1):
+            add_adjoint(part, each, axis)
+        above = down[-1:, ...]
 
 
 def _shrunk(values: FloatArray, beta: float, exponent: float) -> FloatArray:
     """``argmin_v |v|^alpha + beta/2 (v - values)^2``, Eq. 5, in place."""
-    threshold = _threshold(beta, exponent)
-    position = np.abs(values)
-    position *= TABLE_SIZE / (TABLE_SPAN * threshold)
-    shares = _shares(exponent, values.dtype.str).take(position.astype(np.intp), mode="clip")
-    values *= shares
+    position = abs(values)
+    position *= _cells(beta, exponent)
+    values *= arrays.look_up(_shares(exponent, arrays.dtype_name(values)), position)
     return values
+
+
+def _cells(beta: float, exponent: float) -> float:
+    """Cells of the table of shrinkage for a unit of the plane."""
+    return TABLE_SIZE / (TABLE_SPAN * _threshold(beta, exponent))
 
 
 def _threshold(beta: float, exponent: float) -> float:

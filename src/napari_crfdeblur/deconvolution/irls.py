@@ -1,24 +1,26 @@
 """Deconvolution with a sparse prior by reweighted least squares: thorough, and slow."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import combinations, pairwise
 
 import numpy as np
 
-from .._typing import FloatArray
-from ..boundary import extending
-from ..fourier import Shape, forward, gradient_power, inverse, otf, power, row_blocks
+from .. import arrays
+from .._typing import BoolArray, FloatArray
+from ..boundary import extending, frame
+from ..fourier import forward, gradient_power, inverse, laplacian_power
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_weight, contrast, relative_noise
+from .highlights import filling
+from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .recorded import Blur, blurring
 
 WEIGHT_OF_NOISE = 2.5  # best on average over pictures, PSFs and noise of .003 to .03
 SECOND = 0.25  # share of the second derivatives in the prior
 SMALLEST = 0.01  # difference at which |d|^alpha is rounded off, for contrast 1
 SMOOTHING = 0.03  # of the first guess, from which any similar value leads to the same place
 HALO = 2  # rows that the highest derivative reaches
-DERIVATIVES = ((1, 0), (0, 1), (2, 0), (0, 2), (1, 1))  # orders along rows and columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +32,9 @@ class SparseIrls(Deconvolver):
     ones (``c = .25``). Every reweighting replaces ``|d|^alpha`` by
     ``alpha/2 max(|d|, .01)^(alpha - 2) d^2`` and solves the linear system that follows by
     conjugate gradients, preconditioned by the same system with the mean weights, which is
-    diagonal in the Fourier domain. The plane is scaled to contrast 1 meanwhile, so that
+    diagonal in the Fourier domain. Only what was recorded takes part in the first term: what
+    the scene sheds beyond the border is free, and so is what it adds to saturated pixels. The
+    plane is scaled to contrast 1 meanwhile, so that
     affine changes of the plane change the result alike.
 
     Parameters
@@ -64,80 +68,100 @@ class SparseIrls(Deconvolver):
                 f"expected at least 1 iteration of 1 step, got {self.iterations} of {self.steps}"
             )
 
-    def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
-        """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
+    def run(
+        self,
+        plane: FloatArray,
+        psf: FloatArray,
+        *,
+        clipped: BoolArray | None = None,
+        statistics: PlaneStatistics | None = None,
+    ) -> Job[FloatArray]:
+        """Long job: deconvolve a plane or volume with a checked PSF."""
         each = 1 + self.steps
         total = 2 + self.iterations * each
         reports = [Progress("sparse IRLS", done, total) for done in range(total + 1)]
         yield reports[0]
-        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
-        scale = contrast(plane)
-        blurred = yield from extending(plane, psf, reports[0])
-        blurred /= plane.dtype.type(scale)
-        gain, target, sharp = yield from _preparing(blurred, psf, reports[1])
+        found = statistics or measure(plane)
+        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        filled = yield from filling(plane, psf, clipped, reports[0])
+        extended = yield from extending(filled.plane, psf, reports[0])
+        extended /= found.contrast
+        yield reports[1]
+        scaled = plane / found.contrast
+        blur = yield from blurring(extended, scaled, psf, clipped, reports[1])
+        sharp = yield from _guessing(extended, blur, reports[1])
+        for box, scene in filled.scenes:
+            sharp[box] = scene / found.contrast
+        target = yield from blur.reversing(extended, reports[1])
+        del extended
         for done in range(2, total, each):
+            changed = yield from blur.choosing(sharp, reports[done])
+            target = target if changed is None else changed
             weights = yield from _weighing(sharp, weight, self.exponent, reports[done])
-            system = _System(gain, weights)
+            system = _System(blur, weights)
             yield from _solving(system, target, sharp, reports[done + 1 : done + each + 1])
             del system, weights  # five planes, before the next five are made
-        return sharp[: plane.shape[0], : plane.shape[1]] * plane.dtype.type(scale)
+        return sharp[frame(plane.shape)] * found.contrast
 
 
-def _preparing(
-    plane: FloatArray, psf: FloatArray, at: Progress
-) -> Job[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Job: power of the transfer function, ``k' * y``, and a linear first guess of `x`."""
+def _guessing(extended: FloatArray, blur: Blur, at: Progress) -> Job[FloatArray]:
+    """Job: a linear first guess of `x`, from the light that was guessed in the gaps, too."""
+    spectrum = forward(extended)
     yield at
-    transfer = otf(psf, plane.shape, plane.dtype)
-    gain = power(transfer)
+    blur.correlate(spectrum)
+    powers = gradient_power(extended.shape, extended)
+    for block in arrays.blocks(spectrum):
+        diagonal = SMOOTHING * laplacian_power(powers, block)
+        diagonal += blur.gain[block, ...]
+        spectrum[block, ...] /= diagonal
+    guess = inverse(spectrum, extended.shape)
     yield at
-    spectrum = forward(plane)
-    spectrum *= np.conj(transfer, out=transfer)
-    yield at
-    target = inverse(spectrum.copy(), plane.shape)
-    yield at
-    spectrum /= gain + SMOOTHING * _laplacian(plane.shape, gain)
-    return gain, target, inverse(spectrum, plane.shape)
+    return guess
 
 
-def _laplacian(shape: Shape, like: FloatArray) -> FloatArray:
-    rows, columns = gradient_power(shape, like.dtype)
-    return rows[:, None] + columns
+def _derivatives(axes: int) -> Iterator[tuple[int, ...]]:
+    """Orders along each axis: all first derivatives, then all second ones."""
+    for order in (1, 2):
+        yield from (tuple(order * (axis == own) for axis in range(axes)) for own in range(axes))
+    for pair in combinations(range(axes), 2):
+        yield tuple(int(axis in pair) for axis in range(axes))
 
 
 class _System:
-    """``A = K'K + sum_j D_j' W_j D_j``, and its approximate inverse with the mean weights."""
+    """``A = K'MK + sum_j D_j' W_j D_j``, and an approximate inverse.
 
-    def __init__(self, gain: FloatArray, weights: list[FloatArray]) -> None:
-        self.gain, self.weights, self.shape = gain, weights, weights[0].shape
-        means = [float(each.mean()) for each in weights]
-        laplacian = _laplacian(self.shape, gain)
-        self.diagonal = np.mean(means[2:]) * laplacian
-        self.diagonal += np.mean(means[:2])
-        self.diagonal *= laplacian
-        self.diagonal += gain
-        self.diagonal = self.diagonal.astype(gain.dtype, copy=False)
+    That has the mean weights, and all pixels recorded.
+    """
+
+    def __init__(self, blur: Blur, weights: list[FloatArray]) -> None:
+        self.blur, self.weights, self.shape = blur, weights, weights[0].shape
+        means = [arrays.mean(each) for each in weights]
+        axes = len(self.shape)
+        first, second = sum(means[:axes]) / axes, sum(means[axes:]) / len(means[axes:])
+        self.diagonal = laplacian_power(gradient_power(self.shape, weights[0]))
+        for block in arrays.blocks(self.diagonal):
+            laplacian = self.diagonal[block, ...]
+            self.diagonal[block, ...] = (second * laplacian + first) * laplacian
+        self.diagonal += blur.gain
 
     def applying(self, plane: FloatArray, at: Progress) -> Job[FloatArray]:
         """Job: ``A x``."""
-        spectrum = forward(plane)
+        result = yield from self.blur.back_and_forth(plane, at)
         yield at
-        spectrum *= self.gain
-        result = inverse(spectrum, self.shape)
-        yield at
-        for block in row_blocks(self.shape):
-            result[block] += self._prior(plane, block)
+        for block in arrays.blocks(result):
+            result[block, ...] += self._prior(plane, block)
         return result
 
     def _prior(self, plane: FloatArray, block: slice) -> FloatArray:
         """Rows of ``sum_j D_j' W_j D_j x``."""
         # two more rows on either side: what wraps around within the part stays in these
-        rows = np.arange(block.start - HALO, block.stop + HALO) % len(plane)
-        part = plane[rows]
-        total: FloatArray = np.zeros_like(part)
-        for orders, weight in zip(DERIVATIVES, self.weights, strict=True):
-            total += _adjoint(weight[rows] * _derivative(part, orders), orders)
-        return total[HALO:-HALO]
+        rows = np.arange(block.start - HALO, block.stop + HALO) % self.shape[0]
+        part = arrays.take_rows(plane, rows)
+        total: FloatArray = 0 * part
+        for orders, weight in zip(_derivatives(part.ndim), self.weights, strict=True):
+            total += _adjoint(arrays.take_rows(weight, rows) * _derivative(part, orders), orders)
+        inner: FloatArray = total[HALO:-HALO, ...]
+        return inner
 
     def preconditioning(self, plane: FloatArray, at: Progress) -> Job[FloatArray]:
         """Job: the approximate inverse, applied."""
@@ -154,17 +178,17 @@ def _solving(
     yield reports[0]
     residual = target - (yield from system.applying(plane, reports[0]))
     yield reports[0]
-    negligible = (1e-7 * np.linalg.norm(target)) ** 2  # what single precision leaves
-    direction, energy = np.zeros_like(plane), 1.0
+    negligible = (1e-7 * arrays.norm(target)) ** 2  # what single precision leaves
+    direction, energy = 0 * plane, 1.0
     for before, after in pairwise(reports):
         correction = yield from system.preconditioning(residual, before)
-        previous, energy = energy, float(np.vdot(residual, correction))
+        previous, energy = energy, arrays.dot(residual, correction)
         if energy > negligible:
             direction *= energy / previous
             direction += correction
             yield before
             image = yield from system.applying(direction, before)
-            length = energy / float(np.vdot(direction, image))
+            length = energy / arrays.dot(direction, image)
             plane += length * direction
             image *= length
             residual -= image
@@ -176,26 +200,28 @@ def _weighing(
 ) -> Job[list[FloatArray]]:
     """Job: second derivative of the prior at every difference: ``w c alpha |d|^(alpha - 2)``."""
     weights = []
-    for orders in DERIVATIVES:
-        size = np.abs(_derivative(plane, orders))
-        np.maximum(size, SMALLEST, out=size)
-        np.power(size, exponent - 2, out=size)
+    for orders in _derivatives(plane.ndim):
+        size = abs(_derivative(plane, orders))
+        arrays.raise_to(size, SMALLEST)
+        size **= exponent - 2
         size *= weight * exponent * (1 if sum(orders) == 1 else SECOND)
         weights.append(size)
         yield at
     return weights
 
 
-def _derivative(plane: FloatArray, orders: tuple[int, int]) -> FloatArray:
+def _derivative(plane: FloatArray, orders: tuple[int, ...]) -> FloatArray:
     """Forward differences of a periodic plane, as often as `orders` says along each axis."""
-    for axis, order in enumerate(orders):
-        for _ in range(order):
-            plane = np.roll(plane, -1, axis) - plane
-    return plane
+    return _differences(plane, orders, -1)
 
 
-def _adjoint(plane: FloatArray, orders: tuple[int, int]) -> FloatArray:
+def _adjoint(plane: FloatArray, orders: tuple[int, ...]) -> FloatArray:
+    return _differences(plane, orders, 1)
+
+
+def _differences(plane: FloatArray, orders: tuple[int, ...], shift: int) -> FloatArray:
+    xp = arrays.namespace(plane)
     for axis, order in enumerate(orders):
         for _ in range(order):
-            plane = np.roll(plane, 1, axis) - plane
+            plane = xp.roll(plane, shift, axis=axis) - plane
     return plane

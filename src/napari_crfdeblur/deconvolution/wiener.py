@@ -2,23 +2,22 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from .._typing import FloatArray
-from ..boundary import extending
+from .. import arrays
+from .._typing import BoolArray, FloatArray
+from ..boundary import extending, frame
 from ..fourier import (
     ComplexArray,
-    Shape,
     forward,
     gradient_power,
     inverse,
+    laplacian_power,
     otf,
     power,
-    row_blocks,
 )
 from ..progress import Job, Progress
 from .base import Deconvolver
-from .noise import LEAST_NOISE, check_weight, relative_noise
+from .highlights import filling
+from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
 
 WEIGHT_OF_NOISE = 60.0  # best on average over pictures, PSFs and noise of .002 to .03
 
@@ -47,27 +46,40 @@ class Wiener(Deconvolver):
     def __post_init__(self) -> None:
         check_weight(self.weight, self.model_error)
 
-    def run(self, plane: FloatArray, psf: FloatArray) -> Job[FloatArray]:
-        """Long job: deconvolve a plane of shape (M, N) with a checked PSF."""
+    def run(
+        self,
+        plane: FloatArray,
+        psf: FloatArray,
+        *,
+        clipped: BoolArray | None = None,
+        statistics: PlaneStatistics | None = None,
+    ) -> Job[FloatArray]:
+        """Long job: deconvolve a plane or volume with a checked PSF."""
         reports = (Progress("Wiener filter", done, 4) for done in range(5))
         yield (start := next(reports))
-        extended = yield from extending(plane, psf, start)
+        found = statistics or measure(plane)
+        filled = yield from filling(plane, psf, clipped, start)
+        extended = yield from extending(filled.plane, psf, start)
         yield next(reports)
-        weight = self.weight or WEIGHT_OF_NOISE * relative_noise(plane, self.model_error) ** 2
-        transfer = otf(psf, extended.shape, plane.dtype)
+        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        transfer = otf(psf, extended.shape, plane)
         yield next(reports)
         spectrum = forward(extended)
         _filter(spectrum, transfer, extended.shape, weight)
         yield next(reports)
-        sharp = inverse(spectrum, extended.shape)[: plane.shape[0], : plane.shape[1]]
+        sharp = inverse(spectrum, extended.shape)[frame(plane.shape)]
         yield next(reports)
-        return np.ascontiguousarray(sharp)
+        result: FloatArray = arrays.contiguous(sharp)
+        return result
 
 
-def _filter(spectrum: ComplexArray, transfer: ComplexArray, shape: Shape, weight: float) -> None:
+def _filter(
+    spectrum: ComplexArray, transfer: ComplexArray, shape: tuple[int, ...], weight: float
+) -> None:
     """Multiply by ``conj(K) / (|K|^2 + w |D|^2)``, in place."""
-    rows, columns = gradient_power(shape, transfer.real.dtype)
-    for block in row_blocks(spectrum.shape):
-        part = np.conj(transfer[block])
-        part *= 1 / (power(part) + weight * (rows[block, None] + columns))
-        spectrum[block] *= part
+    xp = arrays.namespace(spectrum)
+    powers = gradient_power(shape, xp.real(spectrum))
+    for block in arrays.blocks(spectrum):
+        part = xp.conj(transfer[block, ...])
+        part *= 1 / (power(part) + weight * laplacian_power(powers, block))
+        spectrum[block, ...] *= part
