@@ -1,5 +1,7 @@
 """The whole path, from a photo of known truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,17 +17,19 @@ from napari_crfdeblur.estimate import (
 from napari_crfdeblur.estimate.paper.fitting import PolynomialFit
 from napari_crfdeblur.pipeline import (
     deblurring,
+    edges_needed,
     finding_blur,
     gathering_profiles,
     profiles_for,
     seeking_edges,
+    suited_estimator,
 )
 from napari_crfdeblur.profiles import sampling_profiles
 from napari_crfdeblur.progress import drain
-from napari_crfdeblur.psf import GivenPsf, RadonFit, camera_shake
+from napari_crfdeblur.psf import GivenPsf, PsfStatus, RadonFit, Variational, XuJia, camera_shake
 from napari_crfdeblur.quality import kernel_similarity, psnr, response_error
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, GeneralizedGamma
-from napari_crfdeblur.simulate import Camera, Scene, simulate, slanted_edges
+from napari_crfdeblur.simulate import Camera, Scene, camera_turn, simulate, slanted_edges, street
 
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
 QUICK = RankMinimization(polynomial=PolynomialFit(resamples=0))
@@ -235,3 +239,46 @@ def test_a_scene_of_one_common_range_cannot_tell_the_response():
     (estimate,) = deblur(photo, options).responses
     assert estimate.status in (ResponseStatus.CANNOT_TELL, ResponseStatus.DOUBTFUL)
     assert Finding.ALIKE in estimate.findings
+
+
+@pytest.fixture(scope="module")
+def turned():
+    scene = street((360, 500), seed=1)
+    motion = camera_turn(9, 0.02, 4, (360, 500))
+    return simulate(scene, motion, Camera(SRGB(), noise=0.002), seed=2)
+
+
+def test_a_psf_for_every_part_restores_a_turned_photo_better(turned):
+    known = DeblurOptions(response=GivenResponse(SRGB()), psf=XuJia(size=19))
+    one = deblur(turned.photo, known)
+    parts = deblur(turned.photo, replace(known, regions=4))
+    assert one.field is None
+    assert parts.field.grid == (3, 4)
+    assert np.array_equal(parts.psf.psf, one.psf.psf)
+    assert psnr(parts.photo, turned.sharp) > psnr(one.photo, turned.sharp) + 0.5
+
+
+def test_a_given_psf_can_vary_too(turned):
+    options = DeblurOptions(
+        response=GivenResponse(SRGB()), psf=GivenPsf(turned.psf), regions=2, blur_extent=12
+    )
+    found = drain(finding_blur(turned.photo, options))
+    assert found.psf.status is PsfStatus.GIVEN
+    assert found.field.grid == (1, 2)
+
+
+def test_saturated_pixels_go_to_both_halves_of_the_path(turned):
+    photo = turned.photo.copy()
+    photo[20:24, 30:40] = 255
+    options = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(turned.psf))
+    found = drain(finding_blur(photo, options))
+    assert found.clipped.shape == photo.shape
+    assert found.clipped[20:24, 30:40].all()
+
+
+def test_the_size_of_the_psf_needs_no_edges(small):
+    assert not edges_needed(DeblurOptions(response=GivenResponse(SRGB())))
+    assert edges_needed(DeblurOptions(response=GivenResponse(SRGB()), psf=RadonFit()))
+    assert suited_estimator(small, None) == Variational()
+    assert suited_estimator(small, 8.0).size == 13
+    assert suited_estimator(small, 80.0).size == 15  # a third of the shorter side

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from ._typing import Image
-from .deconvolution import HyperLaplacian, deconvolving
+from .deconvolution import LocalShrinkage, deconvolving
 from .estimate import GivenResponse
 from .io import write_photo, write_psf, write_responses, write_text
 from .linear import linearizing, reapplying
@@ -86,7 +86,7 @@ def _trying(
     name: str, curve: ResponseCurve, truth: Simulated, covered: tuple[float, float]
 ) -> Job[Trial]:
     linear = yield from linearizing(truth.photo, curve)
-    sharp_linear = yield from deconvolving(linear, truth.psf, HyperLaplacian())
+    sharp_linear = yield from deconvolving(linear, truth.psf, LocalShrinkage())
     photo = yield from reapplying(sharp_linear, curve, truth.photo.dtype)
     return Trial(
         name=name,

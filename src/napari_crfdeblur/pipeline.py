@@ -6,8 +6,9 @@ from math import radians
 
 import numpy as np
 
-from ._typing import FloatArray, Image
-from .deconvolution import Deconvolver, HyperLaplacian, deconvolving
+from ._typing import BoolArray, FloatArray, Image
+from .deconvolution import Deconvolver, LocalShrinkage, deconvolving
+from .deconvolution.varying import deconvolving_varying
 from .edges import (
     Edge,
     Line,
@@ -25,17 +26,20 @@ from .estimate import (
     estimating_response,
 )
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
-from .linear import Response, clipped_share, linearizing, reapplying
+from .linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from .progress import Job, drain
 from .psf import (
+    GivenPsf,
     PsfEstimate,
     PsfEstimator,
+    PsfField,
     PsfStatus,
     RadonFit,
-    XuJia,
+    Variational,
     estimating_psf,
+    estimating_psf_field,
     estimating_psf_from_profiles,
 )
 from .response import dorf_mean
@@ -61,12 +65,15 @@ class DeblurOptions:
     blur_extent : float, optional
         Largest width of a blurred edge in pixels; judged from the photo if not given.
     psf : PsfEstimator or RadonFit, optional
-        How the PSF is found; by default :class:`~.psf.XuJia` of the size of the blur, or
+        How the PSF is found; by default :class:`~.psf.Variational`, or
         :class:`~.psf.GivenPsf` if it is known. :class:`~.psf.RadonFit` finds it from the
         straight edges alone.
     method : Deconvolver, optional
-        How the blur is undone; by default :class:`~.deconvolution.HyperLaplacian`, which
+        How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`, which
         allows for the errors of an estimated PSF.
+    regions : int or (int, int), optional
+        Rows and columns of parts of the photo, or parts along its longer side, each of which
+        gets a PSF of its own; by default one PSF serves the whole photo.
     """
 
     response: ResponseFit | Sequence[ResponseFit] = field(default_factory=MaximumLikelihood)
@@ -74,6 +81,7 @@ class DeblurOptions:
     blur_extent: float | None = None
     psf: PsfEstimator | RadonFit | None = None
     method: Deconvolver | None = None
+    regions: int | tuple[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,8 +90,10 @@ class FoundBlur:
 
     Parameters
     ----------
-    edges, groups, responses, linear, psf
+    edges, groups, responses, linear, psf, field
         As in :class:`Deblurred`.
+    clipped : ndarray of bool, the shape of `linear`
+        True where the camera saturated.
     """
 
     edges: tuple[Edge, ...]
@@ -91,6 +101,8 @@ class FoundBlur:
     responses: tuple[ResponseEstimate, ...]
     linear: FloatArray
     psf: PsfEstimate
+    clipped: BoolArray
+    field: PsfField | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,6 +125,8 @@ class Deblurred:
         Deconvolved irradiance; it can leave [0, 1].
     photo : ndarray
         The result: the response re-applied; shape and kind of the input, alpha kept.
+    field : PsfField, optional
+        The PSFs of all parts, if each had its own.
     """
 
     edges: tuple[Edge, ...]
@@ -122,6 +136,7 @@ class Deblurred:
     psf: PsfEstimate
     sharp_linear: FloatArray
     photo: Image
+    field: PsfField | None = None
 
     @property
     def clipped(self) -> float:
@@ -140,13 +155,50 @@ def finding_blur(photo: Image, options: DeblurOptions) -> Job[FoundBlur]:
     groups = yield from gathering_profiles(options.response, photo, edges)
     responses = yield from estimating_responses(groups, options.response)
     linear = yield from linearizing(color(photo), joint_curve(responses))
-    widths = [edge.width for edge in edges if edge.good]
-    widest = options.blur_extent or max(widths, default=extent or 0.0)
-    if isinstance(options.psf, RadonFit):
-        psf = yield from measuring_psf(photo, edges, joint_curve(responses), options.psf)
+    clipped = clipped_pixels(color(photo))
+    estimator = options.psf or suited_estimator(photo, options.blur_extent)
+    if isinstance(estimator, RadonFit):
+        psf = yield from measuring_psf(photo, edges, joint_curve(responses), estimator)
     else:
-        psf = yield from estimating_psf(linear, options.psf or suited_estimator(photo, widest))
-    return FoundBlur(edges, groups, responses, linear, psf)
+        psf = yield from estimating_psf(linear, estimator, clipped=clipped)
+    field = yield from finding_field(linear, psf, options, clipped)
+    return FoundBlur(edges, groups, responses, linear, psf, clipped, field)
+
+
+def finding_field(
+    linear: FloatArray, psf: PsfEstimate, options: DeblurOptions, clipped: BoolArray | None = None
+) -> Job[PsfField | None]:
+    """Long job: the PSFs of the parts of a photo, if it is to be divided.
+
+    Parameters
+    ----------
+    linear : ndarray, shape (M, N) or (M, N, 3)
+        Relative irradiance.
+    psf : PsfEstimate
+        That of the whole.
+    options : DeblurOptions
+        `regions`, and the blind estimator for the parts; the default one if `psf` is found
+        otherwise.
+    clipped : ndarray of bool, the shape of `linear`, optional
+        True where the camera saturated.
+    """
+    if options.regions is None:
+        return None
+    method = options.psf
+    if method is None or isinstance(method, RadonFit | GivenPsf):
+        method = suited_estimator(linear, options.blur_extent)
+    return (
+        yield from estimating_psf_field(linear, method, psf, grid=options.regions, clipped=clipped)
+    )
+
+
+def undoing_blur(found: FoundBlur, method: Deconvolver) -> Job[FloatArray]:
+    """Long job: deconvolve with the PSF of the whole, or with those of the parts."""
+    if found.field is None:
+        return (yield from deconvolving(found.linear, found.psf.psf, method, clipped=found.clipped))
+    return (
+        yield from deconvolving_varying(found.linear, found.field, method, clipped=found.clipped)
+    )
 
 
 def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblurred]:
@@ -154,7 +206,7 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
     options = options or DeblurOptions()
     found = yield from finding_blur(photo, options)
     method = options.method or suited_deconvolver(found.psf)
-    sharp_linear = yield from deconvolving(found.linear, found.psf.psf, method)
+    sharp_linear = yield from undoing_blur(found, method)
     curve = joint_curve(found.responses)
     sharp = yield from reapplying(sharp_linear, curve, photo.dtype)
     return Deblurred(
@@ -165,6 +217,7 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
         psf=found.psf,
         sharp_linear=sharp_linear,
         photo=with_alpha_of(photo, sharp),
+        field=found.field,
     )
 
 
@@ -257,26 +310,37 @@ def seeking_edges(photo: Image, options: DeblurOptions) -> Job[tuple[Edge, ...]]
 
 
 def edges_needed(options: DeblurOptions) -> bool:
-    """Whether the path has to look for edges: for the response, or for the size of the PSF."""
+    """Whether the path has to look for edges: for the response, or for a PSF from them alone."""
     methods = [options.response] if isinstance(options.response, ResponseFit) else options.response
-    measured = options.psf is None or isinstance(options.psf, RadonFit)
-    return measured or not all(isinstance(m, GivenResponse) for m in methods)
+    return isinstance(options.psf, RadonFit) or not all(
+        isinstance(m, GivenResponse) for m in methods
+    )
 
 
-def suited_estimator(photo: Image, extent: float) -> PsfEstimator:
-    """Blind estimation of a PSF a little larger than the blur, as far as the photo permits."""
-    # Room for what hides in the noise at both ends of an edge.
-    size = 2 * round(1.15 * extent / 2 + 1) + 1
+def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
+    """Blind estimation of a PSF of unknown size, or of one a little larger than a known blur.
+
+    Parameters
+    ----------
+    photo : ndarray, shape (M, N) or (M, N, C)
+        Photo or linear image: how large a PSF it permits.
+    extent : float, optional
+        Largest width of a blurred edge in pixels.
+    """
     largest = min(photo.shape[:2]) // 3
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
-    return XuJia(size=min(size, (largest - 1) // 2 * 2 + 1))
+    if extent is None:
+        return Variational()
+    # Room for what hides in the noise at both ends of an edge.
+    size = 2 * round(1.15 * extent / 2 + 1) + 1
+    return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
 def suited_deconvolver(psf: PsfEstimate) -> Deconvolver:
     """The default method, which allows for the errors of an estimated PSF."""
     given = psf.status is PsfStatus.GIVEN
-    return HyperLaplacian() if given else HyperLaplacian(model_error=BLIND_ERROR)
+    return LocalShrinkage() if given else LocalShrinkage(model_error=BLIND_ERROR)
 
 
 def with_alpha_of(photo: Image, colors: Image) -> Image:

@@ -3,8 +3,8 @@ import pytest
 
 from napari_crfdeblur.profiles import ProfileGroup, ProfileSource
 from napari_crfdeblur.psf import camera_shake, project
-from napari_crfdeblur.psf.radon.edge_spreads import linearized
 from napari_crfdeblur.psf.projection import project_pixel
+from napari_crfdeblur.psf.radon.edge_spreads import linearized
 from napari_crfdeblur.psf.radon.spread_fit import Placed, pixel_density
 from napari_crfdeblur.response import Gamma
 

@@ -25,7 +25,7 @@ def test_the_given_psf_is_a_copy_that_cannot_change() -> None:
         method.psf[0, 0] = 1
 
 
-@pytest.mark.parametrize("wrong", [np.ones((2, 2, 2)), -np.ones((3, 3)), np.zeros((3, 3))])
+@pytest.mark.parametrize("wrong", [np.ones((2, 2, 2, 2)), -np.ones((3, 3)), np.zeros((3, 3))])
 def test_what_is_no_psf_is_refused(wrong) -> None:
     with pytest.raises(CrfDeblurError):
         GivenPsf(wrong)

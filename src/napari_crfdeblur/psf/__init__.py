@@ -10,18 +10,24 @@ from .base import (
     estimate_psf,
     estimating_psf,
 )
-from .blind import XuJia
+from .blind import Fergus, Shan, Variational, XuJia
+from .field import Poses, PsfField, estimate_psf_field, estimating_psf_field
 from .given import GivenPsf
 from .projection import project
 from .radon import RadonFit, estimate_psf_from_profiles, estimating_psf_from_profiles
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 
 __all__ = [
+    "Fergus",
     "GivenPsf",
+    "Poses",
     "PsfEstimate",
     "PsfEstimator",
+    "PsfField",
     "PsfStatus",
     "RadonFit",
+    "Shan",
+    "Variational",
     "XuJia",
     "as_psf",
     "camera_shake",
@@ -30,8 +36,10 @@ __all__ = [
     "delta",
     "disk",
     "estimate_psf",
+    "estimate_psf_field",
     "estimate_psf_from_profiles",
     "estimating_psf",
+    "estimating_psf_field",
     "estimating_psf_from_profiles",
     "gaussian",
     "kernel_a",

@@ -7,7 +7,7 @@ from enum import Enum
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._typing import FloatArray
+from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress, drain
 
@@ -20,6 +20,7 @@ class PsfStatus(Enum):
     GOOD = "the PSF is clearly determined"
     GIVEN = "the PSF was given"
     EDITED = "the PSF was estimated, and edited by hand"
+    BORROWED = "the PSF of this part follows from those of the others"
     DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
     INCOMPLETE = (
         "the edges leave the PSF open: add edges of other orientations, or find it from the picture"
@@ -59,42 +60,62 @@ class PsfEstimate:
 class PsfEstimator(ABC):
     """A method to find the PSF of a linear image."""
 
+    __slots__ = ()
+
     @abstractmethod
-    def run(self, linear: FloatArray) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image of shape (M, N) in [0, 1]."""
+    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF of a linear image.
+
+        Parameters
+        ----------
+        linear : ndarray, shape (M, N) or (M, N, 3)
+            float32, relative irradiance in [0, 1], finite; not modified.
+        clipped : ndarray of bool, the shape of `linear`, optional
+            True where the camera saturated: those pixels are not used.
+        """
 
 
-def estimating_psf(linear: FloatArray, method: PsfEstimator) -> Job[PsfEstimate]:
+def estimating_psf(
+    linear: FloatArray, method: PsfEstimator, *, clipped: BoolArray | None = None
+) -> Job[PsfEstimate]:
     """Job of :func:`estimate_psf`: reports progress, can be stopped."""
     linear = np.asarray(linear)
     if linear.ndim not in (2, 3) or linear.size == 0:
         raise ValueError(f"expected an image (M, N) or (M, N, 3), got {linear.shape}")
+    if clipped is not None and clipped.shape != linear.shape:
+        raise ValueError(f"expected clipped pixels of shape {linear.shape}, got {clipped.shape}")
     yield Progress("PSF", 0, 1)
     if not np.isfinite(linear).all():
         raise CrfDeblurError(
             "the image has pixels that are not finite (NaN or infinity); replace them first"
         )
     yield Progress("PSF", 0, 1)
-    gray = linear if linear.ndim == 2 else linear[..., :3].mean(axis=2)
-    return (yield from method.run(np.asarray(gray, dtype=np.float32)))
+    light = np.asarray(linear if linear.ndim == 2 else linear[..., :3], dtype=np.float32)
+    if clipped is not None and clipped.ndim == 3:
+        clipped = clipped[..., :3]
+    return (yield from method.run(light, clipped=clipped))
 
 
-def estimate_psf(linear: FloatArray, method: PsfEstimator) -> PsfEstimate:
+def estimate_psf(
+    linear: FloatArray, method: PsfEstimator, *, clipped: BoolArray | None = None
+) -> PsfEstimate:
     """Estimate the point spread function of a linear image.
 
     Parameters
     ----------
     linear : ndarray, shape (M, N) or (M, N, 3)
-        Relative irradiance in [0, 1]; color is averaged.
+        Relative irradiance in [0, 1].
     method : PsfEstimator
         For example :class:`~napari_crfdeblur.psf.XuJia`.
+    clipped : ndarray of bool, the shape of `linear`, optional
+        True where the camera saturated: those pixels are not used.
 
     Raises
     ------
     CrfDeblurError
         The image shows too little structure, or the PSF does not fit in it.
     """
-    return drain(estimating_psf(linear, method))
+    return drain(estimating_psf(linear, method, clipped=clipped))
 
 
 def as_psf(values: ArrayLike) -> FloatArray:
@@ -102,13 +123,13 @@ def as_psf(values: ArrayLike) -> FloatArray:
 
     Parameters
     ----------
-    values : array_like, shape (H, W)
-        Non-negative, finite, not all zero. An even side gets a row or column of zeros at its
-        end, so that the origin stays at index ``side // 2``.
+    values : array_like, shape (H, W), or (D, H, W) for volumes
+        Non-negative, finite, not all zero. An even side gets zeros at its end, so that the
+        origin stays at index ``side // 2``.
 
     Returns
     -------
-    ndarray, shape (H | 1, W | 1)
+    ndarray, shape (H | 1, W | 1) or (D | 1, H | 1, W | 1)
         float64, sum 1.
 
     Raises
@@ -117,9 +138,10 @@ def as_psf(values: ArrayLike) -> FloatArray:
         Color, negative, not finite or all zero.
     """
     psf = np.asarray(values, dtype=np.float64)
-    if psf.ndim != 2:
+    if psf.ndim not in (2, 3) or _is_color(psf.shape):
         raise CrfDeblurError(
-            f"the PSF has shape {psf.shape}; give a grayscale picture with rows and columns"
+            f"the PSF has shape {psf.shape}; give a grayscale picture with rows and columns, "
+            "or a stack of them"
         )
     if psf.size == 0 or not np.isfinite(psf).all():
         raise CrfDeblurError("the PSF is empty or has values that are not finite; mend it first")
@@ -131,6 +153,26 @@ def as_psf(values: ArrayLike) -> FloatArray:
     # What was scaled before stays as it is, so that a PSF that is stored comes back the same.
     total = padded.sum()
     return padded if abs(total - 1) < SCALED else np.asarray(padded / total)
+
+
+def as_planar_psf(values: ArrayLike) -> FloatArray:
+    """Like :func:`as_psf`, for what has no depth: edges, profiles, and photos.
+
+    Raises
+    ------
+    CrfDeblurError
+        Not of shape (H, W), or no PSF at all.
+    """
+    if np.ndim(values) != 2:
+        raise CrfDeblurError(
+            f"the PSF has shape {np.shape(values)}; give a grayscale picture with rows and columns"
+        )
+    return as_psf(values)
+
+
+def _is_color(shape: tuple[int, ...]) -> bool:
+    """Whether this is a picture with channels; a volume is padded to more columns first."""
+    return len(shape) == 3 and shape[2] in (3, 4) and min(shape[:2]) > shape[2]
 
 
 def centered(psf: FloatArray) -> FloatArray:

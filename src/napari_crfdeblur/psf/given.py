@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from .._typing import FloatArray
+from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress
 from .base import PsfEstimate, PsfEstimator, PsfStatus, as_psf
@@ -25,8 +25,9 @@ class GivenPsf(PsfEstimator):
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 
-    def run(self, linear: FloatArray) -> Job[PsfEstimate]:
+    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
         """Long job: hand out the PSF; an image that is smaller than it is refused."""
+        del clipped  # what is given does not come from the picture
         if self.psf.shape[0] > linear.shape[0] or self.psf.shape[1] > linear.shape[1]:
             raise CrfDeblurError(
                 f"the PSF, {self.psf.shape[1]} x {self.psf.shape[0]} pixels, is larger than "

@@ -85,15 +85,21 @@ def camera_shake(size: int, seed: int) -> FloatArray:
     """
     if size < 3 or size % 2 == 0:
         raise ValueError(f"expected an odd size of at least 3, got {size}")
+    points = len(_middles(4.0 * size))
+    return render(shake_path(size, seed, points), np.ones(points), size)
+
+
+def shake_path(size: int, seed: int, count: int) -> FloatArray:
+    """Path of :func:`camera_shake`: `count` points at equal times, (row, column), mean 0."""
     random = np.random.default_rng(seed)
     velocity = np.zeros((48, 2))
     for step in range(1, len(velocity)):
         velocity[step] = 0.9 * velocity[step - 1] + random.normal(size=2)
     knots = np.cumsum(velocity, axis=0)
-    time = _middles(4.0 * size) * (len(knots) - 1)
+    time = (np.arange(count) + 0.5) / count * (len(knots) - 1)
     path = np.stack([np.interp(time, range(len(knots)), axis) for axis in knots.T], axis=1)
     path -= path.mean(axis=0)
-    return render(path * (size // 2 / np.abs(path).max()), np.ones(len(path)), size)
+    return np.asarray(path * (size // 2 / np.abs(path).max()))
 
 
 def render(path: FloatArray, weights: FloatArray, size: int = 1) -> FloatArray:

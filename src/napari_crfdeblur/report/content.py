@@ -1,7 +1,8 @@
 """What a report says: the parts of a result, its sentences and its figures."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from dataclasses import field as default
 from math import degrees
 
 import numpy as np
@@ -10,7 +11,7 @@ from .._typing import FloatArray, Image
 from ..edges import Edge
 from ..estimate import ResponseEstimate, ResponseStatus
 from ..profiles import ProfileGroup
-from ..psf import PsfEstimate
+from ..psf import PsfEstimate, PsfField
 from ..response import SRGB, Gamma, ResponseCurve
 
 CHANNELS = ("red", "green", "blue")
@@ -39,6 +40,8 @@ class Report:
         One for all channels, or one for each.
     psf : PsfEstimate, optional
         Point spread function.
+    field : PsfField, optional
+        The point spread functions of all parts of the photo.
     sharp : ndarray, the shape of `photo`, optional
         The photo deblurred.
     pictures : mapping of str to ndarray
@@ -57,10 +60,11 @@ class Report:
     groups: Sequence[ProfileGroup] = ()
     responses: Sequence[ResponseEstimate] = ()
     psf: PsfEstimate | None = None
+    field: PsfField | None = None
     sharp: Image | None = None
-    pictures: Mapping[str, Image] = field(default_factory=dict)
-    references: Mapping[str, ResponseCurve] = field(default_factory=usual_curves)
-    figures: Mapping[str, str] = field(default_factory=dict)
+    pictures: Mapping[str, Image] = default(default_factory=dict)
+    references: Mapping[str, ResponseCurve] = default(default_factory=usual_curves)
+    figures: Mapping[str, str] = default(default_factory=dict)
     notes: Sequence[str] = ()
 
     @property
@@ -108,6 +112,9 @@ def table(report: Report) -> dict[str, str]:
     if report.psf is not None:
         rows["PSF"] = "{1} x {0} px".format(*report.psf.psf.shape)
         rows |= {f"PSF, {k}": f"{v:.3g}" for k, v in report.psf.diagnostics.items()}
+    if report.field is not None:
+        rows["PSFs of parts"] = "{} x {}".format(*report.field.grid)
+        rows |= {f"PSFs of parts, {k}": f"{v:.3g}" for k, v in report.field.diagnostics.items()}
     return rows | dict(report.figures)
 
 

@@ -9,7 +9,7 @@ from .._typing import Image
 from ..profiles import ProfileGroup
 from .content import Report
 from .curves import draw_profiles, draw_response
-from .pictures import detail, draw_edges, draw_photo, draw_psf
+from .pictures import detail, draw_edges, draw_photo, draw_psf, draw_psf_field
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,6 +83,10 @@ def photo_panels(report: Report) -> list[Panel]:
         psf = report.psf.psf
         shape = aspect(psf)
         found.append(Panel("Point spread function", shape, partial(draw_psf, psf=psf), TICKS))
+    if report.field is not None:
+        field = report.field
+        draw = partial(draw_psf_field, field=field)
+        found.append(Panel("PSFs across the photo", aspect(field.picture()), draw))
     return found
 
 

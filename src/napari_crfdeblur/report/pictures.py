@@ -11,11 +11,13 @@ from .._typing import FloatArray, Image
 from ..edges import Edge
 from ..photo import color, luminance, to_unit
 from ..profiles import ProfileGroup
+from ..psf import PsfField, PsfStatus
 from .colors import GROUPS, INK, OTHERS, PALE, REJECTED
 from .content import direction
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.patches import Patch
 
 LONGEST = 1000  # pixels of a photo as shown: more than a printed page resolves
 DETAIL = (80, 200)  # rows and columns of a detail, large enough on paper to see its pixels
@@ -96,6 +98,33 @@ def draw_psf(ax: "Axes", psf: FloatArray) -> None:
     ax.locator_params(nbins=5, integer=True)
     ax.set_xlabel("pixels from the origin", fontsize=7.5, color=INK)
     frame(ax)
+
+
+def draw_psf_field(ax: "Axes", field: PsfField) -> None:
+    """Draw the PSFs of all parts of a photo in their places, each scaled to its peak.
+
+    Those that follow from the others are drawn on gray.
+    """
+    rows, columns = field.grid
+    height, width = (side + 1 for side in field.psfs.shape[2:])
+    sheet = field.picture()
+    ax.imshow(sheet, cmap="gray_r", vmin=0, vmax=1, interpolation="nearest")
+    for row, column in np.ndindex(rows, columns):
+        if field.statuses[row][column] is PsfStatus.BORROWED:
+            corner = column * width - 0.5, row * height - 0.5
+            ax.add_patch(_rectangle(corner, width - 1, height - 1))
+    for row in range(1, rows):
+        ax.axhline(row * height - 1, color=PALE, linewidth=0.5)
+    for column in range(1, columns):
+        ax.axvline(column * width - 1, color=PALE, linewidth=0.5)
+    ax.set(xticks=[], yticks=[])
+    frame(ax)
+
+
+def _rectangle(corner: tuple[float, float], width: float, height: float) -> "Patch":
+    from matplotlib.patches import Rectangle
+
+    return Rectangle(corner, width, height, facecolor=PALE, alpha=0.25, edgecolor="none")
 
 
 def detail(photo: Image, sharp: Image) -> tuple[slice, slice] | None:

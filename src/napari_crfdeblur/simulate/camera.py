@@ -10,8 +10,9 @@ from .. import fourier
 from .._typing import FloatArray, Image
 from ..linear import reapply
 from ..photo import from_unit
-from ..psf.base import as_psf
+from ..psf.base import as_planar_psf
 from ..response import ResponseCurve
+from .motion import CameraMotion
 from .scenes import Scene, TrueEdge
 
 
@@ -93,13 +94,15 @@ class Simulated:
     sharp_linear, blurred_linear : ndarray, shape of `photo`
         Irradiance before the response without blur, and with it but without noise; float32.
     psf : ndarray, shape (H, W)
-        The blur, both sides odd, sum 1.
+        The blur, or that in the middle of the photo, both sides odd, sum 1.
     camera : Camera
         The camera, with the true response.
     edges : tuple of TrueEdge
         The edges of the scene, in pixels of the photo; they can reach beyond it.
     seed : int
         Seed of the noise.
+    motion : CameraMotion, optional
+        How the camera turned; None if it did not.
     """
 
     photo: Image
@@ -110,37 +113,45 @@ class Simulated:
     camera: Camera
     edges: tuple[TrueEdge, ...]
     seed: int
+    motion: CameraMotion | None = None
 
     def __post_init__(self) -> None:
         for name in ("photo", "sharp", "sharp_linear", "blurred_linear", "psf"):
             getattr(self, name).setflags(write=False)
 
 
-def simulate(scene: Scene, psf: FloatArray, camera: Camera, *, seed: int = 0) -> Simulated:
+def simulate(
+    scene: Scene, psf: FloatArray | CameraMotion, camera: Camera, *, seed: int = 0
+) -> Simulated:
     """Take a blurred photo of a scene.
 
     Only pixels whose blur is known in full are kept, so that the borders are those of a real
-    photo: it is smaller than the scene by the PSF, ``(M - H + 1, N - W + 1)``.
+    photo: it is smaller than the scene by the PSF, ``(M - H + 1, N - W + 1)``, or by the reach
+    of the motion.
 
     Parameters
     ----------
     scene : Scene
         What the camera looks at, shape (M, N) or (M, N, 3).
-    psf : ndarray, shape (H, W)
-        Point spread function, non-negative; scaled to sum 1, origin at ``side // 2``.
+    psf : ndarray, shape (H, W), or CameraMotion
+        Point spread function, non-negative; scaled to sum 1, origin at ``side // 2``. A camera
+        that turns has another one everywhere.
     camera : Camera
         How the light is recorded.
     seed : int
         Seed of the noise: the same seed gives the same photo.
     """
-    psf = as_psf(psf)
-    if psf.shape[0] > scene.linear.shape[0] or psf.shape[1] > scene.linear.shape[1]:
+    motion = psf if isinstance(psf, CameraMotion) else None
+    middle = as_planar_psf(psf.psf_at((0.0, 0.0)) if isinstance(psf, CameraMotion) else psf)
+    sides = scene.linear.shape[0], scene.linear.shape[1]
+    reach = motion.reach(sides) if motion else (middle.shape[0] // 2, middle.shape[1] // 2)
+    if 2 * reach[0] >= sides[0] or 2 * reach[1] >= sides[1]:
         raise ValueError(
-            f"expected a scene larger than the PSF {psf.shape}, got {scene.linear.shape}"
+            f"expected a scene larger than the PSF {middle.shape}, got {scene.linear.shape}"
         )
-    reach = psf.shape[0] // 2, psf.shape[1] // 2
     sharp = _inner(scene.linear, reach).copy()
-    blurred = _inner(_blur(scene.linear, psf), reach).copy()
+    whole = motion.blurred(scene.linear) if motion else _blur(scene.linear, middle)
+    blurred = _inner(whole, reach).copy()
     noisy = camera.noisy(blurred, np.random.default_rng(seed))
     photo = reapply(noisy, camera.response, camera.dtype)
     return Simulated(
@@ -148,10 +159,11 @@ def simulate(scene: Scene, psf: FloatArray, camera: Camera, *, seed: int = 0) ->
         sharp=reapply(sharp, camera.response, camera.dtype),
         sharp_linear=sharp,
         blurred_linear=blurred,
-        psf=psf,
+        psf=middle,
         camera=camera,
         edges=tuple(edge.moved(-reach[0], -reach[1]) for edge in scene.edges),
         seed=seed,
+        motion=motion,
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Job
-from ...psf.base import as_psf
+from ...psf.base import as_planar_psf
 from ...response import Cameras, ResponsePrior
 from ..band import covered_range
 from ..base import ResponseEstimate, ResponseFit
@@ -65,7 +65,7 @@ class MaximumLikelihood(ResponseFit):
                 f"expected positive shifts in pixels, got {self.shift} and {self.channel_shift}"
             )
         if self.psf is not None:
-            psf = as_psf(self.psf)
+            psf = as_planar_psf(self.psf)
             psf.setflags(write=False)
             object.__setattr__(self, "psf", psf)
 

@@ -9,7 +9,7 @@ from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...profiles.base import ProfileGroup
 from ...progress import Job, Progress
-from ...psf.base import as_psf
+from ...psf.base import as_planar_psf
 from ...psf.projection import project
 from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import contrasted
@@ -51,7 +51,7 @@ class KnownPsf(ResponseFit):
     def __post_init__(self) -> None:
         if not 0 <= self.largest_shift < float("inf"):
             raise ValueError(f"expected a shift of 0 or more pixels, got {self.largest_shift}")
-        psf = as_psf(self.psf)
+        psf = as_planar_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-from ..._typing import FloatArray
+from ..._typing import BoolArray, FloatArray
 from ...fourier import Shape
 from .edge_prediction import gradient
 
@@ -11,7 +11,9 @@ SATURATED = 0.99  # of full scale: clipped light is not a convolution any more
 FINEST = 1024  # pixels of the shorter side that are looked at
 
 
-def informative_region(linear: FloatArray, side: int, size: int) -> FloatArray:
+def informative_region(
+    linear: FloatArray, side: int, size: int, clipped: BoolArray | None = None
+) -> tuple[slice, slice]:
     """Square of at most `side` pixels whose edges are most useful to find a PSF.
 
     The photo is halved until it is small; every gradient counts by its magnitude times its
@@ -26,25 +28,31 @@ def informative_region(linear: FloatArray, side: int, size: int) -> FloatArray:
         Longest side of the region in pixels; a photo that is smaller is taken whole.
     size : int
         Extent of the PSF in pixels.
+    clipped : ndarray of bool, shape (M, N), optional
+        Pixels that the camera saturated; by default those near full scale.
 
     Returns
     -------
-    ndarray, shape (min(M, side), min(N, side))
-        A view of `linear`.
+    tuple of slice
+        Rows and columns, of ``min(M, side)`` and ``min(N, side)`` pixels.
     """
     shape = min(linear.shape[0], side), min(linear.shape[1], side)
     if shape == linear.shape:
-        return linear
+        return slice(0, shape[0]), slice(0, shape[1])
     every = max(1, min(linear.shape) // FINEST)
     coarse = _binned(linear, every)
     differences = gradient(coarse)
     worth = usefulness(differences, max(size // every, 1)) * np.hypot(*differences)
     near = max(size // every, 1) | 1
-    worth[ndimage.maximum_filter(coarse, near) >= SATURATED] = 0
+    if clipped is None:
+        worth[ndimage.maximum_filter(coarse, near) >= SATURATED] = 0
+    else:
+        worth[ndimage.maximum_filter(_binned(clipped, every) > 0, near)] = 0
     top, left = _richest(worth, (shape[0] // every, shape[1] // every))
-    return linear[_slice(top * every, shape[0], linear.shape[0])][
-        :, _slice(left * every, shape[1], linear.shape[1])
-    ]
+    return (
+        _slice(top * every, shape[0], linear.shape[0]),
+        _slice(left * every, shape[1], linear.shape[1]),
+    )
 
 
 def usefulness(differences: FloatArray, size: int) -> FloatArray:
@@ -67,7 +75,7 @@ def usefulness(differences: FloatArray, size: int) -> FloatArray:
     return np.asarray(np.hypot(down, across) / (total + 0.5))
 
 
-def _binned(plane: FloatArray, every: int) -> FloatArray:
+def _binned(plane: FloatArray | BoolArray, every: int) -> FloatArray:
     """Means of squares of `every` pixels."""
     rows, columns = (side // every * every for side in plane.shape)
     squares = plane[:rows, :columns].reshape(rows // every, every, columns // every, every)

@@ -1,0 +1,106 @@
+"""Photos of a camera that turned: one PSF against one for every part, as a table in Markdown.
+
+    OMP_NUM_THREADS=1 python benchmarks/varying_blur.py [--photos FOLDER] [--grid 3x4]
+
+Simulated streets, and photos from a folder if it is there, are blurred by a shake and a turn of
+the camera; every pixel is blurred by the motion itself, not by a PSF. PSNR is that in linear
+light, after the best shift: of the blurred photo, restored with the one PSF that is found, with
+those found for all parts, and with the true ones of all parts. CPU seconds are those of the
+search in all parts and of the deconvolution with them, each as a multiple of what one PSF takes.
+"""
+
+import argparse
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import TypeVar
+
+import imageio.v3 as iio
+import numpy as np
+
+from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve
+from napari_crfdeblur.deconvolution.varying import deconvolve_varying
+from napari_crfdeblur.linear import linearize
+from napari_crfdeblur.psf import PsfField, PsfStatus, XuJia, estimate_psf, estimate_psf_field
+from napari_crfdeblur.psf.field.base import offset_from_middle
+from napari_crfdeblur.psf.field.poses import fit_poses, turns_within
+from napari_crfdeblur.quality import kernel_similarity, psnr
+from napari_crfdeblur.response import Gamma, Identity
+from napari_crfdeblur.simulate import Camera, Scene, Simulated, camera_turn, simulate, street
+
+DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "sharp"
+METHOD = HyperLaplacian(model_error=0.01)
+SHAKE, NOISE = 11, 0.003
+TURNS = (0.0, 0.01, 0.02, 0.03)
+T = TypeVar("T")
+
+
+def scenes(folder: Path) -> Iterator[tuple[str, Scene]]:
+    yield "street", street((440, 600), seed=1)
+    for path in sorted(folder.glob("*.png"))[:2]:
+        yield path.stem, Scene(linearize(iio.imread(path)[..., :3], Gamma(2.2)))
+
+
+def timed(function: Callable[[], T]) -> tuple[T, float]:
+    start = time.process_time()
+    result = function()
+    return result, time.process_time() - start
+
+
+def true_field(truth: Simulated, found: PsfField) -> PsfField:
+    """The PSFs of the motion that made the photo, on the grid of those found."""
+    centers = found.centers.reshape(-1, 2)
+    offsets = np.array([offset_from_middle((r, c), found.shape) for r, c in centers])
+    psfs = [truth.motion.psf_at((r, c)) for r, c in offsets]
+    size = max(max(psf.shape) for psf in psfs)
+    padded = np.stack([np.pad(p, [((size - side) // 2,) * 2 for side in p.shape]) for p in psfs])
+    turns = turns_within(size / 4, float(np.hypot(*offsets.T).max()))
+    poses = fit_poses(padded, offsets, np.ones(len(padded)), turns)
+    return PsfField(padded.reshape(*found.grid, size, size), found.statuses, found.shape, poses)
+
+
+def print_row(name: str, turn: float, truth: Simulated, grid: tuple[int, int]) -> None:
+    light = truth.photo
+    one, alone = timed(lambda: estimate_psf(light, XuJia()))
+    field, search = timed(lambda: estimate_psf_field(light, XuJia(), one, grid=grid))
+    single, quick = timed(lambda: deconvolve(light, one.psf, METHOD))
+    parts, slow = timed(lambda: deconvolve_varying(light, field, METHOD))
+    known = true_field(truth, field)
+    best = deconvolve_varying(light, known, METHOD)
+    values = [psnr(np.clip(x, 0, 1), truth.sharp_linear) for x in (light, single, parts, best)]
+    likeness = [
+        np.mean([kernel_similarity(own, psf) for own, psf in zip(found, true, strict=True)])
+        for true in [known.psfs.reshape(-1, *known.psfs.shape[2:])]
+        for found in ([one.psf] * len(true), field.psfs.reshape(-1, *field.psfs.shape[2:]))
+    ]
+    borrowed = sum(status is PsfStatus.BORROWED for row in field.statuses for status in row)
+    print(
+        f"| {name} | {np.degrees(turn):.2f} | "
+        + " | ".join(f"{v:.2f}" for v in values)
+        + f" | {likeness[0]:.3f} | {likeness[1]:.3f} | {borrowed} of {grid[0] * grid[1]} | "
+        f"{search / alone:.1f} | {slow / quick:.1f} |",
+        flush=True,
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--photos", type=Path, default=DATA)
+    parser.add_argument("--grid", default="3x4")
+    options = parser.parse_args()
+    rows, _, columns = options.grid.partition("x")
+    print(
+        "| scene | turn, degrees | blurred, dB | one PSF | a PSF for every part | true PSFs "
+        "| likeness, one | likeness, parts | borrowed | search, x one | deconvolution, x one |"
+    )
+    print("|---" * 11 + "|")
+    for name, scene in scenes(options.photos):
+        for turn in TURNS:
+            motion = camera_turn(SHAKE, turn, 3, scene.linear.shape[:2])
+            camera = Camera(Identity(), noise=NOISE, bits=None)
+            truth = simulate(scene, motion, camera, seed=1)
+            print_row(name, turn, truth, (int(rows), int(columns)))
+
+
+if __name__ == "__main__":
+    main()

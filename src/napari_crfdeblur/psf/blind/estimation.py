@@ -1,0 +1,129 @@
+"""The steps that every blind estimator shares: from a photo to what it searches, and back."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._typing import BoolArray, FloatArray
+from ...errors import CrfDeblurError
+from ...progress import Job, Progress
+from ..base import PsfEstimate, centered
+from .blurred import Blurred
+from .colors import gray_of
+from .confidence import diagnose, judge
+from .region import informative_region
+from .search import Search
+from .size import cut, finding_size, odd
+from .two_phases import searching
+
+NARROW = 10  # sizes of the PSF: a region that is wide enough to judge its size
+GROWTH = 1.5  # of an array that has cut the PSF
+TRIES = 3  # arrays at most
+
+
+def check_blind(size: int | None, region: int) -> None:
+    """Refuse impossible options of a blind estimator.
+
+    Raises
+    ------
+    ValueError
+        A size that is even or less than 3, or a region without a pixel.
+    """
+    if size is not None and (size < 3 or size % 2 == 0):
+        raise ValueError(f"expected an odd PSF size of at least 3, got {size}")
+    if region < 1:
+        raise ValueError(f"expected a region of at least 1 pixel, got {region}")
+
+
+def estimating_blindly(
+    linear: FloatArray,
+    clipped: BoolArray | None,
+    search: Search,
+    *,
+    size: int | None,
+    region: int,
+) -> Job[PsfEstimate]:
+    """Long job: find a PSF with `search`, and everything around it.
+
+    Color becomes the gray of greatest contrast (:func:`~.colors.gray_of`); of a large photo the
+    most informative square is searched (:func:`~.region.informative_region`), but not what
+    lies near clipped pixels (:class:`~.blurred.Blurred`); the PSF is centered, and judged by
+    whether parts of the picture agree on it (:func:`~.confidence.diagnose`).
+
+    Parameters
+    ----------
+    linear : ndarray, shape (M, N) or (M, N, 3)
+        Relative irradiance.
+    clipped : ndarray of bool, the shape of `linear`, optional
+        Pixels that the camera saturated.
+    search : callable
+        ``search(blurred, size)``, the method proper, is a job that gives a PSF of `size` x
+        `size` pixels.
+    size : int, optional
+        Largest extent of the PSF in pixels, odd; found by itself if not given.
+    region : int
+        Longest side in pixels of the part that is searched.
+
+    Raises
+    ------
+    CrfDeblurError
+        Too little structure, or a photo smaller than three PSFs.
+    """
+    _check_sides(linear, size or 3)
+    yield Progress("blind PSF", 0, 1)
+    light = _Light(*gray_of(linear, clipped), region)
+    if size is None:
+        psf, blurred = yield from _unsized(light, search)
+    else:
+        blurred = light.around(size)
+        psf = yield from search(blurred, size)
+    figures = diagnose(blurred, psf)
+    return PsfEstimate(centered(np.asarray(psf, np.float64)), judge(figures), figures)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Light:
+    """A plane, its clipped pixels, and the longest side of a region of it."""
+
+    gray: FloatArray
+    clipped: BoolArray | None
+    region: int
+
+    def around(self, size: int, widest: int | None = None) -> Blurred:
+        """What a PSF of so many pixels is searched in."""
+        side = max(min(self.region, widest or self.region), 3 * size)
+        part = informative_region(self.gray, side, size, self.clipped)
+        clipped = None if self.clipped is None else self.clipped[part]
+        return Blurred.of(self.gray[part], clipped, size)
+
+    @property
+    def largest(self) -> int:
+        """The largest PSF that can be looked for."""
+        return int(min(self.gray.shape)) // 3
+
+
+def _unsized(light: _Light, search: Search) -> Job[tuple[FloatArray, Blurred]]:
+    """Find the size, and grow it while the PSF does not fit.
+
+    The size is that of the PSF of one fast method, whatever the method that follows.
+    """
+    size = yield from finding_size(
+        lambda size: light.around(size, NARROW * size), searching, light.largest
+    )
+    for _ in range(TRIES):
+        blurred = light.around(size)
+        psf = yield from search(blurred, size)
+        larger = odd(GROWTH * size, light.largest)
+        if not cut(psf) or larger <= size:
+            break
+        size = larger
+    return psf, blurred
+
+
+def _check_sides(linear: FloatArray, size: int) -> None:
+    if min(linear.shape[:2]) < 3 * size:
+        raise CrfDeblurError(
+            f"the image, {linear.shape[1]} x {linear.shape[0]} pixels, is too small to find a "
+            f"PSF of {size} pixels in it: three times the PSF is needed; choose a smaller PSF "
+            "size or a larger image"
+        )

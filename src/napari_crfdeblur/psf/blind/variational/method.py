@@ -1,0 +1,160 @@
+"""Blind estimation of a PSF from the distribution of sharp gradients, coarse to fine."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...._typing import BoolArray, FloatArray
+from ....progress import Job, Progress
+from ...base import PsfEstimate, PsfEstimator, cleared
+from ..blurred import Blurred
+from ..estimation import check_blind, estimating_blindly
+from ..pyramid import FIRST_GUESS, cleaned, level_sizes, resized
+from ..two_phases import searching as searching_edges
+from .extent import off_middle, roomy, shifted, trimmed
+from .gradients import BlurredGradient, Posterior
+from .noise import noise_of_gradients
+
+ROOM = 1.4  # side of the array in which the PSF is found, in sizes: a faint end is found late
+STEPS = 6  # on each level
+LAST_STEPS = 10  # on the finest
+FURTHER_STEPS = 6  # on the finest, for the PSF that edges give
+OPENING = 2  # rounds that find the sharp gradient before the PSF is touched
+FIRST_MISFIT = 0.06  # of contrast: the error of the model on the coarsest level
+MISFIT = 0.0085  # on the finest, besides noise
+NOISE_SHARE = 0.5  # of the noise of gradients that is counted
+SOFTNESS = 0.63  # pixels, standard deviation of the blur that a sharp photo has anyway
+COMPARED = 2  # rounds that find the sharp gradient for the PSFs that are compared
+FAINT = 0.02  # of the peak: what is cleared from step to step
+NOISE = 0.03  # of the peak: what is cleared at the end of a level
+MOVES = 4  # steps between two moves of the PSF to the middle
+
+
+@dataclass(frozen=True, slots=True)
+class Variational(PsfEstimator):
+    """The PSF that is likely for all sharp pictures with sparse gradients, not for a single one.
+
+    Levin, Weiss, Durand & Freeman (2011, Efficient marginal likelihood optimization in blind
+    deconvolution, CVPR), with the prior of Wipf & Zhang (2014, Revisiting Bayesian blind
+    deconvolution, JMLR 15). In turns, from coarse to fine, mean and variance of the sharp gradient
+    `s` are found for the PSF so far, and ::
+
+        k = argmin E |k * h * s - D B|^2,  k >= 0
+
+    A single picture, the most likely one, favors PSFs that are too large, and its steps are
+    sharper than those of any photo; so `s` is a distribution, and `h` the softness of a sharp
+    photo (:class:`~.gradients.BlurredGradient`). Against the papers, noise is not learned: it is
+    measured in the picture, and the model is taken as rough on coarse levels.
+
+    Either search can be led astray: this one, that starts from nothing, and that of
+    :class:`~..xu_jia.XuJia`, from strong edges. So both are made, the second is continued as the
+    first on the finest level, and the PSF that makes the picture likelier is taken, by the cost
+    of Wipf & Zhang.
+
+    Parameters
+    ----------
+    size : int, optional
+        Largest extent of the PSF in pixels, odd, at least 3; too small cuts the PSF, up to
+        twice too large does little harm. Found by itself if not given.
+    region : int
+        Longest side in pixels of the part of the picture that is used, or three PSF sizes if
+        that is more (:func:`~..region.informative_region`).
+    """
+
+    size: int | None = None
+    region: int = 512
+
+    def __post_init__(self) -> None:
+        check_blind(self.size, self.region)
+
+    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF of a linear image."""
+        return (
+            yield from estimating_blindly(
+                linear, clipped, searching, size=self.size, region=self.region
+            )
+        )
+
+
+def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
+    """Long job: a PSF of at least `size` x `size` pixels, more if its faint ends need them."""
+    sizes = level_sizes(int(ROOM * size) // 2 * 2 + 1)
+    noise, misfits = NOISE_SHARE * noise_of_gradients(blurred), misfits_of(len(sizes))
+    at = Progress("blind PSF", 0, (len(sizes) - 1) * STEPS + LAST_STEPS + FURTHER_STEPS + 1)
+    psf = FIRST_GUESS
+    for level, misfit in zip(sizes, misfits, strict=True):
+        scale, last = level / sizes[-1], level == sizes[-1]
+        model = BlurredGradient.of(blurred if last else blurred.scaled(scale), level, SOFTNESS)
+        error, steps = float(np.hypot(misfit, scale * noise)), LAST_STEPS if last else STEPS
+        found = yield from alternating(model, psf, error, steps, at)
+        psf, at = found.psf, replace(at, done=at.done + steps)
+    edges = yield from unreported(searching_edges(blurred, size), at)
+    start = roomy(edges, sizes[-1])
+    other = yield from alternating(model, start, error, FURTHER_STEPS, at)
+    at = replace(at, done=at.done + FURTHER_STEPS)
+    likelier = yield from comparing(model, (found, other), error, at)
+    yield replace(at, done=at.total)
+    return trimmed(likelier, size)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Found:
+    """A PSF, and the sharp gradient that goes with it."""
+
+    psf: FloatArray
+    sharp: Posterior
+
+    def in_the_middle(self) -> "Found":
+        """The extent of the PSF moved to the middle of its array, the gradient against it."""
+        rows, columns = off_middle(self.psf)
+        return Found(shifted(self.psf, -rows, -columns), self.sharp.shifted(rows, columns))
+
+
+def misfits_of(levels: int) -> FloatArray:
+    """Error of the model on each level, besides noise: from rough to fine in equal ratios."""
+    return np.geomspace(FIRST_MISFIT, MISFIT, levels)
+
+
+def alternating(
+    model: BlurredGradient, psf: FloatArray, error: float, steps: int, at: Progress
+) -> Job[Found]:
+    """Long job: the sharp gradient and the PSF in turns; progress goes on from `at`."""
+    psf = cleaned(resized(psf, (model.size, model.size)), FAINT)
+    found = Found(psf, model.unknown())
+    for _ in range(OPENING):
+        yield at
+        found = Found(psf, model.posterior(psf, error, found.sharp))
+    for step in range(steps):
+        yield replace(at, done=at.done + step)
+        sharp = model.posterior(found.psf, error, found.sharp)
+        found = Found(cleared(model.refit(found.psf, sharp), FAINT), sharp)
+        if step % MOVES == MOVES - 1:
+            found = found.in_the_middle()
+    return Found(cleaned(found.psf, NOISE), found.sharp).in_the_middle()
+
+
+def comparing(
+    model: BlurredGradient, candidates: tuple[Found, ...], error: float, at: Progress
+) -> Job[FloatArray]:
+    """Long job: the PSF with which the blurred picture is the least unlikely."""
+    energies = []
+    for candidate in candidates:
+        sharp = candidate.sharp
+        for _ in range(COMPARED):
+            yield at
+            sharp = model.posterior(candidate.psf, error, sharp)
+        energies.append(model.energy(candidate.psf, error, sharp))
+    return candidates[int(np.argmin(energies))].psf
+
+
+def unreported(job: Job[FloatArray], at: Progress) -> Job[FloatArray]:
+    """Long job that reports where the whole is, not where this part of it is."""
+    try:
+        while True:
+            next(job)
+            yield at
+    except StopIteration as stop:
+        result: FloatArray = stop.value
+        return result
+    finally:
+        job.close()
