@@ -62,7 +62,9 @@ def test_importing_the_package_loads_no_numpy() -> None:
     assert "numpy" not in modules_loaded_by("import napari_crfdeblur")
 
 
-@pytest.mark.parametrize("arguments", [["--help"], ["--version"], ["deblur", "--help"]])
+@pytest.mark.parametrize(
+    "arguments", [["--help"], ["--version"], ["deblur", "--help"], ["batch", "--help"]]
+)
 def test_asking_the_command_for_help_loads_no_numpy(arguments: list[str]) -> None:
     code = (
         "from napari_crfdeblur.cli import main\n"
@@ -70,13 +72,18 @@ def test_asking_the_command_for_help_loads_no_numpy(arguments: list[str]) -> Non
         "except SystemExit as stop: code = stop.code\n"
         "assert not code, code"
     )
-    assert "numpy" not in modules_loaded_by(code)
+    assert not modules_loaded_by(code) & {"numpy", "dask", "distributed", "zarr"}
+
+
+def test_the_stages_load_no_dask_until_a_large_photo_needs_it() -> None:
+    loaded = modules_loaded_by("from napari_crfdeblur.cli import commands")
+    assert not loaded & {"dask", "distributed", "zarr"}
 
 
 def test_help_names_every_command() -> None:
     code = "from napari_crfdeblur.cli import main; main(['--help'])"
     shown = run("-c", code).stdout
-    for command in ("demo", "deblur", "estimate", "psf", "simulate"):
+    for command in ("demo", "deblur", "batch", "estimate", "psf", "simulate"):
         assert re.search(rf"\b{command}\b", shown), f"{command} is not in:\n{shown}"
 
 

@@ -130,7 +130,10 @@ def test_every_estimator_and_prior_can_be_named(arguments):
     assert len(channels) == (3 if "--per-channel" in arguments else 1)
 
 
-@pytest.mark.parametrize("method", ["hyper-laplacian", "irls", "richardson-lucy", "wiener"])
+@pytest.mark.parametrize(
+    "method",
+    ["hyper-laplacian", "local-shrinkage", "irls", "total-variation", "richardson-lucy", "wiener"],
+)
 def test_every_deconvolution_can_be_named(method):
     small = read_photo(Path("photo.png"))[:80, :100]
     write_photo(Path("small.jpg"), small)
@@ -198,6 +201,17 @@ def test_simulate_writes_the_truth_beside_the_photo():
     assert read_photo(Path("new-sharp.png")).shape[:2] == (100, 140)
     assert read_psf(Path("new-psf.npy")).shape == (7, 7)
     assert json.loads(Path("new-response.json").read_text())["direction"] == "inverse"
+
+
+def test_a_camera_that_turns_is_simulated_and_undone(capsys):
+    made = ["--size", "260x360", "--psf-size", 9, "--turn", 1.5, "--response", "srgb"]
+    assert run("simulate", "-o", "turned.png", *made) == 0
+    assert read_photo(Path("turned.png")).shape[:2] == (260, 360)
+    known = ["--response", "srgb", "--psf-size", 15, "--varying", "2x3", "--report", "r.html"]
+    assert run("deblur", "turned.png", *known, "-o", "out.png") == 0
+    said = capsys.readouterr().out
+    assert "of 6 tell their PSF" in said
+    assert "PSFs across the photo" in Path("r.html").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -290,6 +304,7 @@ def test_a_response_file_that_is_none_is_refused(capsys, change, advice):
         (["estimate", "photo.png", "--prior", "gone.json"], "no such file"),
         (["deblur", "photo.png", "--response", "srgb", "--prior", "dorf"], "leave out --response"),
         (["psf", "photo.png", "--response", "srgb", "--prior", "dorf"], "leave out --response"),
+        (["simulate", "-o", "new.png", "--turn", 1, "--psf", "disk"], "leave out --psf"),
         (["demo", "-o", "photo.png/demo"], "folder"),
     ],
 )

@@ -14,8 +14,13 @@ import pytest
 from napari_crfdeblur.deconvolution import (
     Deconvolver,
     HyperLaplacian,
+    LightNoise,
+    LocalShrinkage,
+    PlaneStatistics,
     RichardsonLucy,
     SparseIrls,
+    Tiled,
+    TotalVariation,
     Wiener,
 )
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line, Rectangle
@@ -50,11 +55,16 @@ from napari_crfdeblur.profiles import (
     ProfileSource,
 )
 from napari_crfdeblur.psf import (
+    Fergus,
     GivenPsf,
+    Poses,
     PsfEstimate,
     PsfEstimator,
+    PsfField,
     PsfStatus,
     RadonFit,
+    Shan,
+    Variational,
     XuJia,
 )
 from napari_crfdeblur.response import (
@@ -111,9 +121,20 @@ OBJECTS = [
         sources=(ProfileSource(0, 1, 0), ProfileSource(0, 2, 0)),
     ),
     GivenPsf(KERNEL),
+    Variational(size=25, region=300),
     XuJia(size=25, region=300),
+    Fergus(size=25, region=300),
+    Shan(size=25, region=300),
     RadonFit(size=25, smoothness=1.0, sparsity=2.5),
     PsfEstimate(GivenPsf(KERNEL).psf, PsfStatus.DOUBTFUL, {"halves": 0.25}),
+    Poses(np.array([-0.1, 0.2]), RANDOM.random((2, 3, 3))),
+    PsfField(
+        RANDOM.random((1, 2, 3, 5)),
+        ((PsfStatus.GOOD, PsfStatus.BORROWED),),
+        (40, 60),
+        Poses(np.zeros(1), RANDOM.random((1, 3, 3))),
+        {"turn": 0.1},
+    ),
     RankMinimization(Tail.ALL, RowScale.BY_RANGE, FIT),
     MeanProfile(FIT),
     KnownPsf(KERNEL, 1.5, FIT),
@@ -136,7 +157,13 @@ OBJECTS = [
     GivenResponse(Gamma(1.5)).estimate(),
     HyperLaplacian(weight=1e-3, model_error=0.02, exponent=0.5, stages=5, steps=2),
     SparseIrls(weight=2e-3, model_error=0.02, exponent=0.9, iterations=3, steps=5),
-    RichardsonLucy(iterations=12),
+    LightNoise(1e-3, -2e-6, 1e-7, 3e-4),
+    PlaneStatistics(0.02, 0.7),
+    PlaneStatistics(0.02, 0.7, LightNoise(0.0, 4e-4, 8e-6, 4e-4)),
+    LocalShrinkage(weight=1e-5, model_error=0.02, stages=4),
+    TotalVariation(weight=1e-3, model_error=0.02, iterations=9),
+    RichardsonLucy(iterations=12, total_variation=0.01, damping=2.5),
+    Tiled(RichardsonLucy(iterations=3), side=300, overlap=20),
     Wiener(weight=0.01, model_error=0.03),
 ]
 CHOICES = [

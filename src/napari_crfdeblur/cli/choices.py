@@ -7,7 +7,15 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .._typing import FloatArray
-from ..deconvolution import Deconvolver, HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
+from ..deconvolution import (
+    Deconvolver,
+    HyperLaplacian,
+    LocalShrinkage,
+    RichardsonLucy,
+    SparseIrls,
+    TotalVariation,
+    Wiener,
+)
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
@@ -21,9 +29,12 @@ from ..estimate import (
 from ..io import read_psf, read_responses
 from ..pipeline import BLIND_ERROR
 from ..psf import (
+    Fergus,
     GivenPsf,
     PsfEstimator,
     RadonFit,
+    Shan,
+    Variational,
     XuJia,
     camera_shake,
     disk,
@@ -38,16 +49,22 @@ Prior: TypeAlias = Cameras | ResponsePrior
 Fits: TypeAlias = ResponseFit | Sequence[ResponseFit]
 
 # Methods with a prior, whose weight allows for the errors of the PSF.
-PRIORS: dict[str, type[HyperLaplacian | SparseIrls | Wiener]] = {
+PRIORS: dict[str, type[HyperLaplacian | LocalShrinkage | SparseIrls | TotalVariation | Wiener]] = {
+    "local-shrinkage": LocalShrinkage,
     "hyper-laplacian": HyperLaplacian,
     "irls": SparseIrls,
+    "total-variation": TotalVariation,
     "wiener": Wiener,
 }
 
 
 PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] = {
-    "auto": lambda size: XuJia(size=size) if size else None,
+    "auto": lambda size: Variational(size=size) if size else None,
     "edges": lambda size: RadonFit(size=size),
+    "variational": lambda size: Variational(size=size),
+    "xu-jia": lambda size: XuJia(size=size),
+    "fergus": lambda size: Fergus(size=size),
+    "shan": lambda size: Shan(size=size),
 }
 
 

@@ -3,10 +3,11 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from dataclasses import replace
+from math import radians
 from pathlib import Path
 
 from .. import demo as demonstration
-from .._typing import Image
+from .._typing import FloatArray, Image
 from ..edges import Edge
 from ..errors import CrfDeblurError
 from ..estimate import GivenResponse, ResponseEstimate
@@ -35,12 +36,13 @@ from ..pipeline import (
     gathering_profiles,
     seeking_edges,
 )
-from ..psf import PsfEstimate
+from ..psf import PsfEstimate, PsfField, PsfStatus
 from ..report import SUFFIXES as REPORTS
 from ..report import Report, write_report
-from ..simulate import Camera, Scene, slanted_edges, step_image, street
+from ..simulate import Camera, CameraMotion, Scene, camera_turn, slanted_edges, step_image, street
 from ..simulate import simulate as expose
 from .bar import run
+from .batch import batch as batch  # one of the commands
 from .choices import (
     deconvolver,
     fits_named,
@@ -49,6 +51,7 @@ from .choices import (
     response_fits,
     simulated_psf,
 )
+from .large import check_large, deblur_in_tiles, default_output, wants_tiles
 from .stored import check_cameras, stored_camera
 
 
@@ -63,14 +66,11 @@ def demo(arguments: Namespace) -> None:
 
 def deblur(arguments: Namespace) -> None:
     """``crfdeblur deblur``."""
+    if wants_tiles(arguments):
+        return _deblur_in_tiles(arguments)
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
     _check(output, images.WRITABLE, arguments)
-    options = replace(
-        _options(arguments),
-        response=response_fits(arguments),
-        psf=psf_estimator(arguments.psf, arguments.psf_size),
-        method=deconvolver(arguments.method, arguments.psf),
-    )
+    options = _deblur_options(arguments)
     photo = _photo(arguments.photo)
     camera = _camera(arguments, photo)
     result = run(deblurring(photo, _from(camera, options)))
@@ -83,15 +83,47 @@ def deblur(arguments: Namespace) -> None:
         groups=result.groups,
         responses=responses,
         psf=result.psf,
+        field=result.field,
         sharp=result.photo,
     )
     _write_extras(arguments, report)
     _say_edges(result.edges)
     _say_responses(responses, camera)
     _say_psf(result.psf)
+    if result.field:
+        _say_field(result.field)
     if result.clipped > 0.02:
         print(f"clipped: {result.clipped:.0%} of the deblurred values left the intensity range")
     print(f"wrote {output}")
+
+
+def _deblur_in_tiles(arguments: Namespace) -> None:
+    output = arguments.output or default_output(arguments.photo)
+    check_large(arguments, output)
+    if arguments.varying:
+        raise CrfDeblurError("--varying is for photos that are worked on as a whole: leave it out")
+    _check_extras(arguments)
+    if arguments.cameras or arguments.camera:
+        raise CrfDeblurError(
+            "--cameras is for photos that are worked on as a whole; estimate the response first, "
+            "and give it with --response"
+        )
+    found, report = deblur_in_tiles(arguments, output, _deblur_options(arguments))
+    _write_extras(arguments, report)
+    _say_edges(found.edges)
+    _say_responses(found.responses)
+    _say_psf(found.psf)
+    print(f"wrote {output}")
+
+
+def _deblur_options(arguments: Namespace) -> DeblurOptions:
+    return replace(
+        _options(arguments),
+        response=response_fits(arguments),
+        psf=psf_estimator(arguments.psf, arguments.psf_size),
+        method=deconvolver(arguments.method, arguments.psf),
+        regions=arguments.varying,
+    )
 
 
 def estimate(arguments: Namespace) -> None:
@@ -163,7 +195,7 @@ def simulate(arguments: Namespace) -> None:
         for name, suffix in (("sharp", output.suffix), ("psf", ".npy"), ("response", ".json"))
     }
     check_output(output, images.WRITABLE)
-    kernel = simulated_psf(arguments.psf, arguments.psf_size, arguments.seed)
+    blur = _simulated_blur(arguments)
     response = (
         demonstration.RESPONSE
         if arguments.response == "camera"
@@ -171,15 +203,33 @@ def simulate(arguments: Namespace) -> None:
     )
     camera = Camera(response, noise=arguments.noise, bits=arguments.bits)
     rows, columns = (
-        side + reach - 1 for side, reach in zip(arguments.size, kernel.shape, strict=True)
+        side + 2 * reach
+        for side, reach in zip(arguments.size, _reach(blur, arguments), strict=True)
     )
     scene = _scene(arguments.scene, (rows, columns), arguments.seed)
-    result = expose(scene, kernel, camera, seed=arguments.seed)
+    result = expose(scene, blur, camera, seed=arguments.seed)
     write_photo(output, result.photo)
     write_photo(others["sharp"], result.sharp)
     write_psf(others["psf"], result.psf)
     write_responses(others["response"], [GivenResponse(response).estimate()])
     print("wrote " + ", ".join(str(path) for path in (output, *others.values())))
+
+
+def _simulated_blur(arguments: Namespace) -> FloatArray | CameraMotion:
+    """What ``--psf`` and ``--turn`` say."""
+    if not arguments.turn:
+        return simulated_psf(arguments.psf, arguments.psf_size, arguments.seed)
+    if arguments.psf != "shake":
+        raise CrfDeblurError("--turn is for a shake of the camera: leave out --psf")
+    turn, shape = radians(arguments.turn), arguments.size
+    return camera_turn(arguments.psf_size, turn, arguments.seed, shape)
+
+
+def _reach(blur: FloatArray | CameraMotion, arguments: Namespace) -> tuple[int, int]:
+    """Rows and columns at the borders that are lost to a blur."""
+    if isinstance(blur, CameraMotion):
+        return blur.reach_for(arguments.size)
+    return blur.shape[0] // 2, blur.shape[1] // 2
 
 
 def _scene(name: str, shape: tuple[int, int], seed: int) -> Scene:
@@ -266,6 +316,15 @@ def _say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | Non
         print(f"{name}: {sentence}{covered}")
         for finding in one.findings:
             print(f"  {finding.value}")
+
+
+def _say_field(field: PsfField) -> None:
+    statuses = [status for row in field.statuses for status in row]
+    own = sum(status is not PsfStatus.BORROWED for status in statuses)
+    print(
+        f"parts: {own} of {len(statuses)} tell their PSF; the camera turned by "
+        f"{field.diagnostics['turn']:.2f} degrees (standard deviation)"
+    )
 
 
 def _say_psf(found: PsfEstimate) -> None:

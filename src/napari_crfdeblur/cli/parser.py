@@ -7,7 +7,11 @@ from pathlib import Path
 from .._version import __version__
 
 RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
-PSF_HELP = "auto (from the picture), edges (from them alone), or a file (.png, .tif, .npy)"
+PSFS = ("auto", "edges", "variational", "xu-jia", "fergus", "shan")
+PSF_HELP = (
+    "auto (from the picture), edges (from them alone), variational, xu-jia, fergus, shan (from "
+    "the picture by these methods), or a file (.png, .tif, .npy)"
+)
 
 
 def parse(argv: Sequence[str] | None) -> Namespace:
@@ -20,7 +24,7 @@ def parse(argv: Sequence[str] | None) -> Namespace:
     )
     parser.add_argument("--version", action="version", version=f"crfdeblur {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (_demo, _deblur, _estimate, _psf, _simulate):
+    for add in (_demo, _deblur, _batch, _estimate, _psf, _simulate):
         add(_adder(commands.add_parser))
     return parser.parse_args(argv)
 
@@ -64,7 +68,9 @@ def _deblur(add: Add) -> None:
         "deblur a photo",
         "crfdeblur deblur photo.jpg -o sharp.png --report report.html",
     )
-    deblur.add_argument("photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF")
+    deblur.add_argument(
+        "photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF; in tiles NPY and zarr, too"
+    )
     deblur.add_argument(
         "-o",
         "--output",
@@ -81,12 +87,74 @@ def _deblur(add: Add) -> None:
     deblur.add_argument(
         "--method",
         choices=METHODS,
-        default="hyper-laplacian",
-        help="deconvolution (default: hyper-laplacian)",
+        default="local-shrinkage",
+        help="deconvolution (default: local-shrinkage)",
     )
     _psf_size(deblur)
     _edges(deblur)
     _report(deblur)
+    deblur.add_argument(
+        "--varying",
+        type=_grid,
+        nargs="?",
+        const=4,
+        metavar="ROWSxCOLUMNS",
+        help="for a camera that turned: a PSF for each of so many parts of the photo "
+        "(default: 4 along the longer side)",
+    )
+    deblur.add_argument(
+        "--tiled",
+        action="store_true",
+        help="work in tiles, with little memory, on all pages (default: a TIFF of one page "
+        "and more than 67 megapixels)",
+    )
+    _scheduler(deblur)
+
+
+def _batch(add: Add) -> None:
+    batch = add(
+        "batch",
+        "deblur many photos of one camera; go on where an earlier batch stopped",
+        "crfdeblur batch photos/*.jpg -o sharp",
+    )
+    batch.add_argument("photos", type=Path, nargs="+", metavar="PHOTO", help="PNG, JPEG or TIFF")
+    batch.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        required=True,
+        metavar="FOLDER",
+        help="folder for the deblurred photos and the journal; made if it is missing",
+    )
+    batch.add_argument(
+        "--response",
+        default="auto",
+        metavar="RESPONSE",
+        help=f"of all photos: {RESPONSE_HELP} (default: auto, from the photos together)",
+    )
+    _prior(batch)
+    batch.add_argument(
+        "--psf",
+        default="each",
+        metavar="PSF",
+        help="each (every photo has its own), first (that of the first photo for all), one (one "
+        "for all, from several photos), or a file (.png, .tif, .npy) (default: each)",
+    )
+    _psf_size(batch)
+    batch.add_argument(
+        "--method",
+        choices=METHODS,
+        default="local-shrinkage",
+        help="deconvolution (default: local-shrinkage)",
+    )
+    batch.add_argument(
+        "--suffix",
+        default="-deblurred",
+        metavar="TEXT",
+        help="what is added to the name of each photo (default: -deblurred)",
+    )
+    _extent(batch)
+    _scheduler(batch)
 
 
 def _estimate(add: Add) -> None:
@@ -145,9 +213,10 @@ def _psf(add: Add) -> None:
     psf.add_argument(
         "--from",
         dest="psf",
-        choices=("auto", "edges"),
+        choices=PSFS,
         default="auto",
-        help="what the PSF is found from: the picture, or straight edges alone (default: auto)",
+        help="what the PSF is found from: the picture, by the best method or a named one, or "
+        "straight edges alone (default: auto)",
     )
     _psf_size(psf)
     _edges(psf)
@@ -189,6 +258,13 @@ def _simulate(add: Add) -> None:
         help="extent of the blur (default: 21)",
     )
     simulate.add_argument(
+        "--turn",
+        type=float,
+        default=0.0,
+        metavar="DEGREES",
+        help="by which the camera turns, too, while it shakes (default: 0)",
+    )
+    simulate.add_argument(
         "--response",
         default="camera",
         metavar="RESPONSE",
@@ -214,7 +290,14 @@ def _simulate(add: Add) -> None:
     simulate.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
 
 
-METHODS = ("hyper-laplacian", "irls", "richardson-lucy", "wiener")
+METHODS = (
+    "local-shrinkage",
+    "hyper-laplacian",
+    "irls",
+    "total-variation",
+    "richardson-lucy",
+    "wiener",
+)
 FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
 
 
@@ -247,7 +330,7 @@ def _psf_size(command: ArgumentParser) -> None:
         "--psf-size",
         type=_odd,
         metavar="PIXELS",
-        help="largest extent of the PSF (default: judged from the edges)",
+        help="largest extent of the PSF (default: found from the picture)",
     )
 
 
@@ -261,6 +344,10 @@ def _edges(command: ArgumentParser) -> None:
         metavar="FILE",
         help="write the edges that were found (.json, or .csv for a spreadsheet)",
     )
+    _extent(command)
+
+
+def _extent(command: ArgumentParser) -> None:
     command.add_argument(
         "--blur-extent",
         type=_positive,
@@ -271,6 +358,14 @@ def _edges(command: ArgumentParser) -> None:
         "--per-channel",
         action="store_true",
         help="one response for each color channel instead of one for all",
+    )
+
+
+def _scheduler(command: ArgumentParser) -> None:
+    command.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="let the workers of a dask.distributed cluster do the work, such as tcp://host:8786",
     )
 
 
@@ -311,4 +406,11 @@ def _size(text: str) -> tuple[int, int]:
     rows, _, columns = text.partition("x")
     if not (rows.isdigit() and columns.isdigit() and min(int(rows), int(columns)) >= 64):
         raise ArgumentTypeError(f"expected ROWSxCOLUMNS of at least 64 each, got {text}")
+    return int(rows), int(columns)
+
+
+def _grid(text: str) -> tuple[int, int]:
+    rows, _, columns = text.partition("x")
+    if not (rows.isdigit() and columns.isdigit() and int(rows) and int(columns)):
+        raise ArgumentTypeError(f"expected ROWSxCOLUMNS of parts, got {text}")
     return int(rows), int(columns)

@@ -1,0 +1,149 @@
+"""What the photos of a batch share: the response of their camera, and maybe their PSF."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+from enum import Enum
+from pathlib import Path
+
+import numpy as np
+
+from .._typing import FloatArray, Image
+from ..errors import CrfDeblurError
+from ..estimate import GivenResponse, ResponseEstimate, ResponseFit
+from ..io import read_photo, read_psf, read_responses, write_psf, write_responses
+from ..large.stamp import Stamp
+from ..photo import check_photo
+from ..pipeline import (
+    DeblurOptions,
+    estimating_responses,
+    finding_blur,
+    gathering_profiles,
+    seeking_edges,
+    suited_deconvolver,
+)
+from ..profiles import ProfileGroup
+from ..progress import Job, Progress, nth
+from ..psf import GivenPsf, PsfEstimate, PsfStatus
+from ..quality import kernel_similarity
+from .journal import Journal, fingerprint
+
+RESPONSE, PSF = "crfdeblur-response.json", "crfdeblur-psf.npy"
+MOST = 24  # photos from which a response is found: more of them hardly narrow its band
+COMPARED = 5  # photos of which the PSFs are compared
+
+
+class PsfOf(Enum):
+    """Whose PSF each photo is restored with, if it is not given."""
+
+    EACH = "its own"
+    FIRST = "that of the first photo"
+    ONE = "of those of several photos the one that agrees best with the others"
+
+
+def load(photo: Path) -> tuple[Image, Stamp]:
+    """A photo that can be deblurred, and its stamp; refused if it changes meanwhile."""
+    stamp = Stamp.of(photo)
+    pixels = read_photo(photo)
+    stamp.check()
+    check_photo(pixels)
+    return pixels, stamp
+
+
+def sharing_response(
+    options: DeblurOptions, photos: Sequence[Path], journal: Journal
+) -> Job[tuple[DeblurOptions, tuple[ResponseEstimate, ...]]]:
+    """Long job: the options with one response for all photos, and how it was found.
+
+    What was found before from the same photos, or from more, is taken again.
+    """
+    fits = options.response
+    methods = [fits] if isinstance(fits, ResponseFit) else list(fits)
+    if all(isinstance(method, GivenResponse) for method in methods):
+        return options, ()
+    path = journal.folder / RESPONSE
+    way = fingerprint({"response": methods, "blur_extent": options.blur_extent})
+    found: tuple[ResponseEstimate, ...] = ()
+    if not (path.exists() and journal.found("response", way, [*photos])):
+        groups = yield from _pooling(options, _spread(photos, MOST))
+        found = yield from estimating_responses(groups, fits)
+        write_responses(path, found)
+        journal.keep("response", way, [*photos])
+    # as the file has it, so that another run gets the same numbers
+    curves = [GivenResponse(curve) for curve in read_responses(path)]
+    return replace(options, response=curves[0] if len(curves) == 1 else curves), found
+
+
+def sharing_psf(
+    options: DeblurOptions, psf_of: PsfOf, photos: Sequence[Path], journal: Journal
+) -> Job[DeblurOptions]:
+    """Long job: the options with one PSF for all photos, if that is wanted."""
+    if psf_of is PsfOf.EACH or isinstance(options.psf, GivenPsf):
+        return options
+    path = journal.folder / PSF
+    asked = photos[:1] if psf_of is PsfOf.FIRST else photos
+    way = fingerprint({"whose": psf_of.name, "options": settings_of(options)})
+    if not (path.exists() and journal.found("psf", way, [*asked])):
+        count = 1 if psf_of is PsfOf.FIRST else COMPARED
+        candidates = photos if psf_of is PsfOf.FIRST else _spread(photos, COMPARED)
+        found = yield from _measuring(options, candidates, count)
+        write_psf(path, _most_alike([each.psf for each in found]))
+        journal.keep("psf", way, [*asked])
+    psf = read_psf(path)
+    # handed on as a given one, but no more certain than that
+    method = options.method or suited_deconvolver(PsfEstimate(psf, PsfStatus.GOOD))
+    return replace(options, psf=GivenPsf(psf), method=method)
+
+
+def settings_of(options: DeblurOptions) -> dict[str, object]:
+    """What decides how a photo is restored, for its fingerprint."""
+    return {each.name: getattr(options, each.name) for each in fields(options)}
+
+
+def _pooling(options: DeblurOptions, photos: Sequence[Path]) -> Job[list[ProfileGroup]]:
+    """Job: profiles of all photos that permit it."""
+    groups: list[ProfileGroup] = []
+    good = 0
+    for index, path in enumerate(photos):
+        yield Progress(f"edges of {path.name}", index, len(photos))
+        try:
+            pixels, _ = load(path)
+            edges = yield from nth(seeking_edges(pixels, options), index, len(photos), "photo")
+            groups += yield from gathering_profiles(options.response, pixels, edges, index)
+        except (CrfDeblurError, OSError, MemoryError):
+            continue  # it will be reported when its turn comes
+        good += 1
+    if not good:
+        raise CrfDeblurError("none of the photos can be read; give at least one whole photo")
+    return groups
+
+
+def _measuring(
+    options: DeblurOptions, photos: Sequence[Path], count: int
+) -> Job[list[PsfEstimate]]:
+    """Job: the PSFs of the first `count` photos that permit it."""
+    found: list[PsfEstimate] = []
+    for index, path in enumerate(photos):
+        yield Progress(f"PSF of {path.name}", index, len(photos))
+        try:
+            pixels, _ = load(path)
+            blur = yield from nth(finding_blur(pixels, options), index, len(photos), "photo")
+        except (CrfDeblurError, OSError, MemoryError):
+            continue
+        found.append(blur.psf)
+        if len(found) == count:
+            break
+    if not found:
+        raise CrfDeblurError("the PSF can be found from none of the photos; give one")
+    return found
+
+
+def _most_alike(psfs: Sequence[FloatArray]) -> FloatArray:
+    """Of several PSFs the one that is most similar to all others."""
+    alike = [sum(kernel_similarity(one, other) for other in psfs) for one in psfs]
+    return psfs[int(np.argmax(alike))]
+
+
+def _spread(photos: Sequence[Path], most: int) -> list[Path]:
+    """At most `most` of the photos, evenly spread over all of them."""
+    count = min(most, len(photos))
+    return [photos[i * len(photos) // count] for i in range(count)]

@@ -1,0 +1,97 @@
+"""``crfdeblur deblur`` for photos and stacks that are too large to be worked on as a whole."""
+
+from argparse import Namespace
+from pathlib import Path
+
+from ..errors import CrfDeblurError
+from ..io.images import TIFF
+from ..large import Source, check_target, informative_region, open_source, restore_large, storing
+from ..large.region import read_part
+from ..large.sources import NPY, ZARR
+from ..large.tiff import size_of_page
+from ..photo import check_photo
+from ..pipeline import (
+    DeblurOptions,
+    FoundBlur,
+    edges_needed,
+    finding_blur,
+    joint_curve,
+    suited_deconvolver,
+)
+from ..report import Report
+from .bar import run
+
+PIXELS = 1 << 26  # above which a photo is worked on in tiles
+GIVEN = 1024  # side of the part that is looked at if response and PSF are given
+ENDINGS = (*TIFF, ZARR)
+
+
+def wants_tiles(arguments: Namespace) -> bool:
+    """Whether a photo is worked on in tiles: asked for, the only way, or better for its size."""
+    path, output = arguments.photo, arguments.output
+    ending = output.suffix.lower() if output else ".tif"
+    if arguments.tiled or arguments.scheduler or ending == ZARR:
+        return True
+    if path.is_dir() or path.suffix.lower() == NPY:
+        return True
+    whole = arguments.edges or arguments.save_edges or arguments.cameras or ending not in ENDINGS
+    return not whole and path.suffix.lower() in TIFF and size_of_page(path) > PIXELS
+
+
+def default_output(photo: Path) -> Path:
+    """Beside the photo: zarr for zarr, else TIFF."""
+    ending = ZARR if photo.is_dir() else ".tif"
+    return photo.with_name(f"{photo.stem}-deblurred{ending}")
+
+
+def check_large(arguments: Namespace, output: Path) -> None:
+    """Refuse, before any work, what cannot be done in tiles."""
+    if output.suffix.lower() not in ENDINGS:
+        raise CrfDeblurError(
+            f"{output}: a photo in tiles is written as TIFF or zarr; choose a name that ends in "
+            + ", ".join(ENDINGS)
+        )
+    if arguments.edges or arguments.save_edges:
+        raise CrfDeblurError(
+            "--edges and --save-edges are for photos that are worked on as a whole; find the "
+            "response on one of those, and give it with --response"
+        )
+    if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
+        raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
+    check_target(output)
+
+
+def deblur_in_tiles(
+    arguments: Namespace, output: Path, options: DeblurOptions
+) -> tuple[FoundBlur, Report]:
+    """Find response and PSF on a part of the photo, and restore all of it in tiles."""
+    source = open_source(arguments.photo)
+    sides = () if edges_needed(options) else (GIVEN, GIVEN)
+    region = informative_region(source, *sides)
+    part = read_part(source, region)
+    try:
+        check_photo(part)
+    except CrfDeblurError as error:
+        raise CrfDeblurError(f"{arguments.photo}: {error}") from error
+    found = run(finding_blur(part, options))
+    curve = joint_curve(found.responses)
+    method = options.method or suited_deconvolver(found.psf)
+    array = restore_large(source, curve, found.psf.psf, method, channels=source.color)
+    run(storing(array, output, scheduler=arguments.scheduler, source=source))
+    report = Report(
+        title=f"{arguments.photo.name}, {_place(source, region)}",
+        photo=part,
+        edges=found.edges,
+        groups=found.groups,
+        responses=found.responses,
+        psf=found.psf,
+        sharp=read_part(open_source(output), region) if arguments.report else None,
+    )
+    return found, report
+
+
+def _place(source: Source, region: tuple[slice, ...]) -> str:
+    axes = 3 if source.color else 2
+    names = [f"slice {part.start}" for part in region[:-axes]]
+    sides = zip(("rows", "columns"), region[-axes:][:2], strict=True)
+    return ", ".join([*names, *(f"{name} {s.start} to {s.stop}" for name, s in sides)])

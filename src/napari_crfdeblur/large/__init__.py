@@ -1,0 +1,17 @@
+"""Photos larger than memory: dask arrays, zarr, tiled TIFF, on threads or a cluster."""
+
+from .region import informative_region
+from .restore import measure_large, restore_large
+from .sources import Source, open_source
+from .store import check_target, store, storing
+
+__all__ = [
+    "Source",
+    "check_target",
+    "informative_region",
+    "measure_large",
+    "open_source",
+    "restore_large",
+    "store",
+    "storing",
+]
