@@ -14,7 +14,7 @@ from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import BatchDock
 from napari_crfdeblur._napari.docks import batch as batch_module
 from napari_crfdeblur._napari.steps import EXPORTS
-from napari_crfdeblur.io import write_photo
+from napari_crfdeblur.io import read_photo, write_photo
 from napari_crfdeblur.psf import line
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Simulated
@@ -89,6 +89,33 @@ def test_files_are_asked_for_and_deblurred(
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
     assert (tmp_path / "out" / "a-deblurred.png").exists()
     assert "deblurred 1 of 2; b.png was passed over" in sentences[-1]
+
+
+def test_a_cancelled_batch_keeps_what_is_done_and_goes_on_there(
+    qtbot: QtBot, dock: BatchDock, blurred: Simulated, tmp_path: Path
+) -> None:
+    dock._method.chosen = "Wiener"
+    files, out = [], tmp_path / "out"
+    for number in range(4):
+        files.append(tmp_path / f"{number}.png")
+        write_photo(files[-1], blurred.photo[: 260 + 10 * number])
+    files.insert(1, tmp_path / "bad.png")
+    files[1].write_text("no picture", encoding="utf-8")
+    dock.run_files(files, out, block=False)
+    qtbot.waitUntil(lambda: (out / "0-deblurred.png").exists(), timeout=LONG)
+    dock.cancel()
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=LONG)
+    done = {path: path.stat().st_mtime_ns for path in out.glob("*.png")}
+    assert all(read_photo(path).shape[1] == 420 for path in done)  # whole files alone
+    sentences = said(dock.session)
+    result = dock.run_files(files, out)
+    assert [path.name for path in sorted(out.glob("*.png"))] == [
+        f"{number}-deblurred.png" for number in range(4)
+    ]
+    assert {path: path.stat().st_mtime_ns for path in done} == done
+    assert set(result.kept) == {path.name.replace("-deblurred", "") for path in done}
+    expected = f"deblurred {4 - len(done)} of 5; {len(done)} done before; bad.png was passed over"
+    assert expected in sentences[-1]
 
 
 @pytest.mark.parametrize("what", EXPORTS)

@@ -171,6 +171,72 @@ def test_without_a_response_the_button_says_what_to_do(
     assert "no response yet" in sentences[-1]
 
 
+def test_the_photo_is_divided_into_regions_and_back(
+    qtbot: QtBot, dock: BlurDock, said: list[str], tmp_path: Path
+) -> None:
+    session = dock.session
+    session.set_psf(disk(3))
+    dock.draw_region()  # and nothing drawn: parts are those of the whole
+    dock._method.chosen = "Xu & Jia"
+    dock._method.field("size").value = 9
+    dock._parts.value = (2, 2)
+    assert not dock._where.enabled
+    button(dock, "Estimate the PSF")()
+    qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
+    field = session.state.field
+    assert field.grid == (2, 2)
+    layer = session.viewer.layers["street [PSF]"]
+    np.testing.assert_allclose(layer.data, field.picture(), atol=1e-7)
+    assert layer.metadata[KEY]["psf_field"]["type"] == "PsfField"
+    assert "PSFs of 2 x 2 parts: 4 of 4 clearly determined" in dock._status.value
+    np.testing.assert_allclose(dock._plot.axes.images[0].get_array(), field.picture())
+    for text in ("Clear below, %", "Center"):
+        button(dock, text)()
+        assert "look for one of the whole photo" in said[-1]
+    dock._edit.value = True
+    assert dock._edit.value is False
+    dock.save(tmp_path / "psf.json")
+    button(dock, "Undo")()
+    assert session.state.field is None
+    np.testing.assert_array_equal(session.state.psf.psf, disk(3))
+    shown(dock)
+    dock.load(tmp_path / "psf.json")
+    np.testing.assert_array_equal(session.state.field.psfs, field.psfs)
+    session.set_psf(disk(2))
+    dock.undo()
+    np.testing.assert_array_equal(session.state.field.psfs, field.psfs)
+    dock._parts.value = (1, 1)
+    assert dock._where.enabled
+
+
+def test_a_stack_of_pictures_is_the_psf_of_a_stack(
+    qtbot: QtBot,  # noqa: ARG001 - widgets need Qt
+    tmp_path: Path,
+) -> None:
+    viewer = ViewerModel()
+    viewer.add_image(np.random.default_rng(0).random((6, 30, 40)).astype(np.float32), name="z")
+    dock = BlurDock(viewer)
+    bead = viewer.add_image(np.random.default_rng(1).random((3, 7, 5)), name="bead")
+    viewer.add_image(np.ones((7, 7, 5)), name="deeper than the photo")
+    assert [choice for choice in dock._layer.choices if choice] == [bead]
+    dock._layer.value = bead
+    button(dock, "Use layer")()
+    psf = dock.session.state.psf.psf
+    np.testing.assert_allclose(psf, bead.data / bead.data.sum())
+    assert dock._status.value == "5 x 7 x 3 px: the PSF was given"
+    np.testing.assert_allclose(dock._plot.axes.images[0].get_array(), psf.sum(axis=0))
+    dock.save(tmp_path / "bead.tif")
+    dock.session.set_psf(disk(2))
+    dock.load(tmp_path / "bead.tif")
+    np.testing.assert_allclose(dock.session.state.psf.psf, psf, rtol=1e-6)
+    sentences: list[str] = []
+    dock.session.said.connect(lambda message: sentences.append(message.text))
+    button(dock, "Center")()
+    assert "3 dimensions" in sentences[-1]
+    dock.session.export("plot of the PSF", tmp_path / "psf.png")
+    dock.session.export("report", tmp_path / "report.html")
+
+
 @pytest.mark.parametrize("suffix", [".npy", ".tif", ".png"])
 def test_a_psf_that_was_saved_can_be_loaded(dock: BlurDock, tmp_path: Path, suffix: str) -> None:
     dock.session.set_psf(line(9, 0.5))

@@ -1,12 +1,13 @@
 """Forms make methods: what is shown is what comes out, and every control says what it is."""
 
-from dataclasses import fields, is_dataclass
+from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 import numpy as np
 import pytest
 from pytestqt.qtbot import QtBot
 
+from napari_crfdeblur import deconvolution, psf
 from napari_crfdeblur._napari.docks import choices
 from napari_crfdeblur._napari.docks.forms import MethodForm, documented
 from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy
@@ -17,6 +18,7 @@ from napari_crfdeblur.estimate import (
     RankMinimization,
     Tail,
 )
+from napari_crfdeblur.io import to_record
 from napari_crfdeblur.psf import RadonFit, line
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 
@@ -27,6 +29,8 @@ OFFERED = {
     "deconvolvers": choices.deconvolvers(),
 }
 METHODS = [method for offered in OFFERED.values() for method in offered.values() if method]
+# Those that wrap another method, or hold what was given.
+NOT_OFFERED = {"Deconvolver", "Tiled", "PsfEstimator", "GivenPsf"}
 
 
 def form(methods: dict[str, Any], chosen: str | None = None) -> MethodForm:
@@ -38,6 +42,58 @@ def test_an_untouched_form_gives_the_method_itself(qtbot: QtBot, family: str) ->
     methods = OFFERED[family]
     for name, method in methods.items():
         assert form(methods, name).method is method
+
+
+@pytest.mark.parametrize(
+    ("stage", "base", "family"),
+    [
+        (deconvolution, deconvolution.Deconvolver, "deconvolvers"),
+        (psf, psf.PsfEstimator, "psf_estimators"),
+    ],
+)
+def test_every_method_of_a_stage_is_offered(stage: Any, base: type, family: str) -> None:
+    members = [getattr(stage, name) for name in stage.__all__]
+    kinds = {m.__name__ for m in members if isinstance(m, type) and issubclass(m, base)}
+    assert kinds - NOT_OFFERED <= {type(method).__name__ for method in OFFERED[family].values()}
+
+
+def another(name: str, value: Any) -> Any:
+    """A value that every method takes for a field of this name."""
+    if name == "size":
+        return 25
+    if not value and not isinstance(value, bool):
+        return 0.05
+    if isinstance(value, float):
+        return 0.5 if value != 0.5 else 0.25
+    return not value if isinstance(value, bool) else value + 1
+
+
+@pytest.mark.parametrize("method", METHODS, ids=lambda method: type(method).__name__)
+def test_every_number_of_every_method_can_be_edited(qtbot: QtBot, method: Any) -> None:  # noqa: ARG001
+    shown = form({"one": method})
+    values = {f.name: getattr(method, f.name) for f in fields(method) if f.init}
+    given = {name for name, value in values.items() if isinstance(value, (int, float))}
+    for name in given | {"size", "weight"} & values.keys():
+        value = another(name, values[name])
+        shown.field(name).value = value
+        edited = getattr(shown.method, name)
+        assert (edited, type(edited)) == (value, type(value))
+        assert to_record(shown.method) == to_record(replace(method, **{name: value}))
+        shown.field(name).value = values[name] or 0
+    assert shown.method == method
+
+
+@pytest.mark.parametrize(
+    "kind", [psf.Variational, psf.XuJia, psf.Fergus, psf.Shan], ids=lambda kind: kind.__name__
+)
+def test_the_size_of_a_psf_is_automatic_again_at_zero(qtbot: QtBot, kind: Any) -> None:  # noqa: ARG001
+    shown = form({"blind": kind(size=15)})
+    shown.field("size").value = 0
+    assert shown.method == kind()
+    assert "0: automatic" in shown.field("size").tooltip
+    shown.field("size").value = 16  # even
+    with pytest.raises(ValueError, match="odd"):
+        _ = shown.method
 
 
 def test_a_changed_field_changes_the_method(qtbot: QtBot) -> None:  # noqa: ARG001
@@ -88,9 +144,9 @@ def test_a_known_response_starts_from_a_camera(qtbot: QtBot) -> None:  # noqa: A
     np.testing.assert_array_equal(shown.method.psf, line(5, 0.3))
 
 
-@pytest.mark.parametrize("psf", [None, line(5, 0.3)])
-def test_only_numbers_and_choices_have_controls(qtbot: QtBot, psf: Any) -> None:  # noqa: ARG001
-    method = MaximumLikelihood(around(SRGB()), psf=psf)
+@pytest.mark.parametrize("known", [None, line(5, 0.3)])
+def test_only_numbers_and_choices_have_controls(qtbot: QtBot, known: Any) -> None:  # noqa: ARG001
+    method = MaximumLikelihood(around(SRGB()), psf=known)
     shown = MethodForm("method", {"likelihood": method}, "likelihood", "how", without=["noise"])
     names = {control.name for control in shown._fields}
     assert {"prior", "psf", "prior_mean"} & names == set()

@@ -3,22 +3,22 @@
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 import numpy as np
 
-from .._typing import FloatArray, Image
-from ..deconvolution import Deconvolver, deconvolving
+from .._typing import BoolArray, FloatArray, Image
+from ..deconvolution import Deconvolver
 from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseEstimate, ResponseFit
 from ..estimate.likelihood import LiveFit
 from ..io import read_photo
-from ..linear import Response, clipped_share, linearizing, reapplying
+from ..linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from ..photo import check_photo, color
 from ..pipeline import (
     DeblurOptions,
     estimating_responses,
+    finding_field,
     gathering_profiles,
     measuring_psf,
     seeking_edges,
@@ -26,12 +26,11 @@ from ..pipeline import (
     with_alpha_of,
 )
 from ..profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
-from ..progress import Job, Progress
-from ..psf import PsfEstimate, PsfEstimator, RadonFit, estimating_psf
+from ..progress import Job, Progress, nth
+from ..psf import PsfEstimate, PsfEstimator, PsfField, RadonFit, estimating_psf
+from .blurs import PLANE, Blur, axes_of, check_reach, part_of, undoing, widened
 from .layers import Region, Source, planes_of
 from .state import EdgeSet, Fitted
-
-T = TypeVar("T")
 
 NO_EDGES = "there are no edges to find the PSF from; find or draw edges first"
 
@@ -155,7 +154,7 @@ def linearizing_region(source: Source, region: Region, curve: Response) -> Job[F
     for done, plane in enumerate(planes):
         photo = source.photo(plane)
         check_photo(photo)
-        light = yield from _nth(linearizing(color(photo), curve), done, len(planes))
+        light = yield from nth(linearizing(color(photo), curve), done, len(planes), "slice")
         if linear is None:
             linear = np.empty((len(planes), *light.shape), dtype=light.dtype)
         linear[done] = light
@@ -184,8 +183,7 @@ def seeking_psf(
     found : EdgeSet, optional
         Edges of the photo.
     extent : float, optional
-        Width in pixels of a blurred edge; by default that of the widest of `found`, or judged
-        from the photo.
+        Width in pixels of a blurred edge; by default the size of the PSF is found with it.
 
     Raises
     ------
@@ -199,22 +197,56 @@ def seeking_psf(
         return (yield from measuring_psf(whole, found.edges, curve, method))
     photo = yield from _loading(source, region)
     linear = yield from linearizing(color(photo), curve)
-    if method is None:
-        extent = extent or (found.widest if found else None)
-        extent = extent or (yield from estimating_blur_extent(photo))
-        method = suited_estimator(linear, extent)
-    return (yield from estimating_psf(linear, method))
+    method = method or suited_estimator(linear, extent)
+    return (yield from estimating_psf(linear, method, clipped=clipped_pixels(color(photo))))
+
+
+def seeking_field(
+    source: Source,
+    plane: Region,
+    curve: Response,
+    method: PsfEstimator | RadonFit | None,
+    whole: PsfEstimate,
+    *,
+    regions: int | tuple[int, int] | None,
+    extent: float | None = None,
+) -> Job[PsfField | None]:
+    """Long job: the PSFs of the parts of a plane, if it is to be divided.
+
+    Parameters
+    ----------
+    source, plane : Source and tuple of slice
+        Where they are looked for; all rows and columns.
+    curve, method, extent
+        As for :func:`seeking_psf`.
+    whole : PsfEstimate
+        What that has found.
+    regions : int or (int, int) or None
+        As of :class:`~napari_crfdeblur.pipeline.DeblurOptions`.
+    """
+    if regions is None:
+        return None
+    photo = color((yield from _loading(source, plane)))
+    linear = yield from linearizing(photo, curve)
+    options = DeblurOptions(psf=method, blur_extent=extent, regions=regions)
+    return (yield from finding_field(linear, whole, options, clipped_pixels(photo)))
 
 
 def sharpening(
-    linear: FloatArray, region: Region, psf: FloatArray, method: Deconvolver
+    source: Source, linear: FloatArray, region: Region, blur: Blur, method: Deconvolver
 ) -> Job[FloatArray]:
-    """Long job: a linear region deconvolved plane by plane."""
-    sharp = np.empty_like(linear)
-    stack = linear.shape[: len(region) - 2]
-    planes = list(np.ndindex(stack))
-    for done, index in enumerate(planes):
-        sharp[index] = yield from _nth(deconvolving(linear[index], psf, method), done, len(planes))
+    """Long job: a linear region deconvolved, plane by plane or volume by volume.
+
+    Where the camera saturated, which the pixels of `source` tell, the light can be more.
+    """
+    check_reach(blur, source, region)
+    sharp, axes, own = np.empty_like(linear), axes_of(blur), part_of(blur, region)
+    stack = list(np.ndindex(linear.shape[: len(region) - axes]))
+    kind = "slice" if axes == PLANE else "volume"
+    for done, index in enumerate(stack):
+        clipped = _clipped(source, _piece(region, index))
+        job = undoing(linear[index], own, method, clipped.reshape(linear[index].shape))
+        sharp[index] = yield from nth(job, done, len(stack), kind)
     return sharp
 
 
@@ -226,7 +258,7 @@ def recording(source: Source, region: Region, sharp: FloatArray, curve: Response
     for done, (plane, index) in enumerate(zip(planes, np.ndindex(stack), strict=True)):
         photo = source.photo(plane)
         job = reapplying(sharp[index], curve, photo.dtype)
-        recorded = with_alpha_of(photo, (yield from _nth(job, done, len(planes))))
+        recorded = with_alpha_of(photo, (yield from nth(job, done, len(planes), "slice")))
         recorded = source.recorded(recorded)
         if photos is None:
             photos = np.empty((len(planes), *recorded.shape), dtype=recorded.dtype)
@@ -235,11 +267,12 @@ def recording(source: Source, region: Region, sharp: FloatArray, curve: Response
 
 
 def restoring(
-    source: Source, region: Region, curve: Response, psf: FloatArray, method: Deconvolver
+    source: Source, region: Region, curve: Response, blur: Blur, method: Deconvolver
 ) -> Job[Restoration]:
     """Long job: the second half of the path for a region."""
+    check_reach(blur, source, region)
     linear = yield from linearizing_region(source, region, curve)
-    sharp = yield from sharpening(linear, region, psf, method)
+    sharp = yield from sharpening(source, linear, region, blur, method)
     photo = yield from recording(source, region, sharp, curve)
     return Restoration(linear, sharp, photo)
 
@@ -251,23 +284,16 @@ def counting_clipped(sharp: FloatArray) -> Job[float]:
 
 
 def previewing(
-    source: Source, region: Region, curve: Response, psf: FloatArray, method: Deconvolver
+    source: Source, region: Region, curve: Response, blur: Blur, method: Deconvolver
 ) -> Job[Image]:
     """Long job: a region restored with a margin, so that its borders are those of the whole."""
-    *stack, rows, columns = region
-    reach = [side // 2 for side in psf.shape]
-    wide = [
-        slice(max(part.start - margin, 0), min(part.stop + margin, side))
-        for part, margin, side in zip((rows, columns), reach, source.shape[-2:], strict=True)
-    ]
-    whole = yield from restoring(source, (*stack, *wide), curve, psf, method)
-    inner = [
+    wide = widened(region, blur, source)
+    whole = yield from restoring(source, wide, curve, blur, method)
+    inner = tuple(
         slice(part.start - outer.start, part.stop - outer.start)
-        for part, outer in zip((rows, columns), wide, strict=True)
-    ]
-    rows, columns = inner
-    photo = whole.photo[..., rows, columns, :] if source.rgb else whole.photo[..., rows, columns]
-    return np.ascontiguousarray(photo)
+        for part, outer in zip(region, wide, strict=True)
+    )
+    return np.ascontiguousarray(whole.photo[inner])
 
 
 def _estimating(
@@ -309,25 +335,19 @@ def _profiled(photo: Image, edges: Sequence[Edge], extent: float, plane: Region)
     return EdgeSet(tuple(edges), tuple(groups), extent, plane)
 
 
+def _clipped(source: Source, region: Region) -> BoolArray:
+    """Where the camera saturated, plane by plane: shape (P, M, N) or (P, M, N, 3)."""
+    return np.stack([clipped_pixels(color(source.photo(plane))) for plane in planes_of(region)])
+
+
+def _piece(region: Region, index: Sequence[int]) -> Region:
+    """The part of a region with this index over its first axes."""
+    starts = [axis.start + i for axis, i in zip(region, index, strict=False)]
+    return (*(slice(start, start + 1) for start in starts), *region[len(index) :])
+
+
 def _stacked(planes: Image | None, region: Region) -> Image:
     if planes is None:
         raise CrfDeblurError("the stack has no slices: choose another layer")
     stack = [axis.stop - axis.start for axis in region[:-2]]
     return planes.reshape(*stack, *planes.shape[1:])
-
-
-def _nth(job: Job[T], number: int, count: int) -> Job[T]:
-    """The job of one slice; its progress is the share of the whole stack that is done."""
-    if count == 1:
-        return (yield from job)
-    try:
-        while True:
-            progress = next(job)
-            done = number * progress.total + progress.done
-            title = f"{progress.stage}, slice {number + 1} of {count}"
-            yield Progress(title, done, count * progress.total)
-    except StopIteration as stop:
-        result: T = stop.value
-        return result
-    finally:
-        job.close()

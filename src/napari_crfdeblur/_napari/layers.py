@@ -78,6 +78,10 @@ class Source:
                 f"{pixels.dtype}; convert all slices to one kind of number"
             )
         pixels = pixels.reshape(pixels.shape[len(self.shape) - 2 :])
+        return self.in_unit(pixels)
+
+    def in_unit(self, pixels: Image) -> Image:
+        """Pixels of the layer with its white level at 1; without one, as they are."""
         if self.white is None:
             return pixels
         return np.clip(pixels / np.float32(self.white), 0, 1).astype(np.float32, copy=False)
@@ -220,8 +224,9 @@ def beside(layer: ImageLayer, name: str, kernel: FloatArray, metadata: Any) -> I
     """A PSF as a layer to the left of the photo, in pixels of the same size.
 
     Beside a stack it is a single picture, too: with the slices' axis it would be seen on one.
+    One of three dimensions begins at the first slice.
     """
-    shift = slice(-(kernel.shape[1] + 4), -4)
+    shift = slice(-(kernel.shape[-1] + 4), -4)
     place = placed(layer, (*(slice(0, 1) for _ in range(layer.ndim - 1)), shift))
     data = kernel.astype(np.float32)
     return ImageLayer(
@@ -231,34 +236,44 @@ def beside(layer: ImageLayer, name: str, kernel: FloatArray, metadata: Any) -> I
         colormap="inferno",
         contrast_limits=(0.0, float(data.max())),
         metadata=metadata,
-        **_of_picture(place),
+        **_of_last(place, kernel.ndim),
     )
 
 
-def _of_picture(place: dict[str, Any]) -> dict[str, Any]:
-    """Spatial properties for rows and columns alone; the same where there is nothing else."""
-    if len(place["scale"]) == 2:
+def _of_last(place: dict[str, Any], axes: int) -> dict[str, Any]:
+    """Spatial properties for the last axes alone; the same where there is nothing else."""
+    if len(place["scale"]) == axes:
         return place
-    last = np.s_[-2:, -2:]
+    last = np.s_[-axes:, -axes:]
     return {
-        **{name: place[name][-2:] for name in ("scale", "translate", "units", "axis_labels")},
+        **{name: place[name][-axes:] for name in ("scale", "translate", "units", "axis_labels")},
         "rotate": place["rotate"][last],
-        "shear": place["shear"][-1:],  # of the upper triangle, row by row
+        "shear": place["shear"][-(axes * (axes - 1) // 2) :],  # upper triangle, row by row
         "affine": Affine(
             linear_matrix=place["affine"].linear_matrix[last],
-            translate=place["affine"].translate[-2:],
+            translate=place["affine"].translate[-axes:],
         ),
     }
 
 
-def kernel_of(layer: ImageLayer) -> FloatArray:
-    """The PSF in an image layer; refuses color and stacks in a sentence."""
+def kernel_of(layer: ImageLayer, photo: ImageLayer | None = None) -> FloatArray:
+    """The PSF in an image layer, shape (H, W), or (D, H, W) for a photo that is a stack.
+
+    Raises
+    ------
+    CrfDeblurError
+        In color, or more axes than a PSF of this photo can have.
+    """
     source = source_of(layer, white=1.0)
     if source.rgb:
         raise CrfDeblurError(f"“{layer.name}” has colors: a PSF is a grayscale picture")
-    if any(side != 1 for side in source.shape[:-2]):
-        raise CrfDeblurError(f"“{layer.name}” is a stack: a PSF is a single picture")
-    return np.asarray(source.data, dtype=np.float64).reshape(source.shape[-2:])
+    axes = 3 if photo is not None and photo.ndim > 2 else 2
+    *others, depth = (1, *source.shape[:-2])
+    if max((*others, 1)) > 1 or (axes == 2 and depth > 1):
+        wanted = "a single picture" if axes == 2 else "a picture, or one stack of them"
+        raise CrfDeblurError(f"“{layer.name}” is a stack: a PSF is {wanted}")
+    shape = source.shape[-2:] if depth == 1 else (depth, *source.shape[-2:])
+    return np.asarray(source.data, dtype=np.float64).reshape(shape)
 
 
 def drawing_layer(photo: ImageLayer, name: str, color: str = OTHERS) -> Shapes:

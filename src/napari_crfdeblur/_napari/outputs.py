@@ -8,7 +8,7 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray, Image
-from ..psf import PsfEstimate
+from ..psf import PsfField
 from ..response import Gamma, ResponseCurve
 from .layers import Region, beside, like
 from .provenance import KEY, provenance
@@ -68,11 +68,19 @@ def remove_preview(session: Workspace, photo: ImageLayer) -> None:
         session.viewer.layers.remove(layer)
 
 
-def show_psf(session: Workspace, photo: ImageLayer, psf: PsfEstimate, state: State) -> ImageLayer:
-    """Show the PSF beside the photo, in the layer that it already has or in a new one."""
+def show_psf(session: Workspace, photo: ImageLayer, state: State) -> ImageLayer:
+    """Show the PSF beside the photo, in the layer that it already has or in a new one.
+
+    Those of all parts are shown as a map, each scaled to its peak.
+    """
     metadata = {KEY: provenance(photo, PSF, state, session.white_of(photo))}
-    new = beside(photo, name_of(photo, PSF), psf.psf, metadata)
+    blur = state.blur
+    kernel = blur.picture() if isinstance(blur, PsfField) else np.asarray(blur)
+    new = beside(photo, name_of(photo, PSF), kernel, metadata)
     layer = newest(session, photo, PSF)
+    if layer is not None and layer.ndim != new.ndim:  # napari keeps the axes of a layer
+        session.viewer.layers.remove(layer)
+        layer = None
     if layer is None:
         return _front(session, photo, PSF, new)
     layer.data = new.data

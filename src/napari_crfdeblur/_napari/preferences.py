@@ -20,7 +20,8 @@ class Preferences:
         ``likelihood`` (maximum likelihood), ``rank`` (rank minimization), ``mean`` (mean
         profile), ``gamma`` (2.2) or ``srgb``.
     deconvolution : str
-        ``hyper-laplacian``, ``irls``, ``wiener`` or ``richardson-lucy``.
+        ``local-shrinkage``, ``hyper-laplacian``, ``irls``, ``total-variation``, ``wiener`` or
+        ``richardson-lucy``.
     compare : bool
         Whether a result with gamma 2.2 is put beside every restored photo.
     live : bool
@@ -31,7 +32,7 @@ class Preferences:
 
     blur_extent: float | None = None
     response: str = "likelihood"
-    deconvolution: str = "hyper-laplacian"
+    deconvolution: str = "local-shrinkage"
     compare: bool = False
     live: bool = True
     cameras: str = ""

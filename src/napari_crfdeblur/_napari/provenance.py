@@ -71,6 +71,7 @@ def provenance(
         "response": None if state.fitted is None else responses_content(state.fitted.estimates),
         "psf": None if state.psf is None else state.psf.psf.tolist(),
         "psf_status": None if state.psf is None else state.psf.status.value,
+        "psf_field": to_record(state.field),
     }
 
 

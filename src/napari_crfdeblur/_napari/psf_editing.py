@@ -1,7 +1,7 @@
 """Changes of the PSF by hand: faint parts cleared, centered, painted on; all can be undone."""
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeAlias
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -10,13 +10,17 @@ from napari.layers import Layer
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
-from ..psf import PsfEstimate, PsfStatus, centered, cleared
+from ..psf import PsfEstimate, PsfField, PsfStatus, centered, cleared
 from . import outputs
+from .blurs import PLANE
 from .step import Level
 from .steps import setting_psf
 from .workspace import Workspace
 
 DEPTH = 50  # changes that can be undone
+MANY = "the PSF differs from part to part: look for one of the whole photo before you edit it"
+VOLUME = "this PSF has 3 dimensions: edit it where it comes from, and use it again"
+Known: TypeAlias = tuple[PsfEstimate, PsfField | None]
 PAINT, ERASE = "Control", "Shift"
 
 
@@ -33,8 +37,8 @@ class PsfEditing:
 
     def __init__(self, session: Workspace) -> None:
         self._session = session
-        self._known: WeakKeyDictionary[Layer, PsfEstimate] = WeakKeyDictionary()
-        self._before: WeakKeyDictionary[Layer, list[PsfEstimate]] = WeakKeyDictionary()
+        self._known: WeakKeyDictionary[Layer, Known] = WeakKeyDictionary()
+        self._before: WeakKeyDictionary[Layer, list[Known]] = WeakKeyDictionary()
         self._undoing = self._painting = False
         self._canvas: ImageLayer | None = None
         self._remember()
@@ -44,22 +48,31 @@ class PsfEditing:
         self._remember()
         self._attach()
 
-    def use(self, psf: FloatArray) -> None:
-        """Take another PSF."""
-        self._session.do(setting_psf(self._session, psf))
+    def use(self, psf: FloatArray, field: PsfField | None = None) -> None:
+        """Take another PSF, or those of all parts."""
+        self._session.do(setting_psf(self._session, psf, field=field))
 
-    def _change(self, psf: FloatArray, of: PsfEstimate | None = None) -> None:
-        """Take a PSF that is the present one, or another, with a change."""
-        edited = (of or self._session.required_psf()).status is not PsfStatus.GIVEN
+    def _change(self, psf: FloatArray) -> None:
+        """Take the present PSF with a change."""
+        edited = self._session.required_psf().status is not PsfStatus.GIVEN
         self._session.do(setting_psf(self._session, psf, edited=edited))
 
     def clear(self, share: float) -> None:
         """Set to zero what is below a share, 0 to 1, of the peak."""
-        self._change(cleared(self._session.required_psf().psf, share))
+        self._change(cleared(self._editable(), share))
 
     def center(self) -> None:
         """Move the center of mass to the center pixel."""
-        self._change(centered(self._session.required_psf().psf))
+        self._change(centered(self._editable()))
+
+    def _editable(self) -> FloatArray:
+        """The PSF, if it is one picture."""
+        psf = self._session.required_psf().psf
+        if self._session.state.field is not None:
+            raise CrfDeblurError(MANY)
+        if psf.ndim != PLANE:
+            raise CrfDeblurError(VOLUME)
+        return psf
 
     def undo(self) -> None:
         """Go back to the PSF before the last change."""
@@ -68,8 +81,9 @@ class PsfEditing:
             raise CrfDeblurError("there is no change of the PSF to undo")
         self._undoing = True
         try:
-            before = self._before[photo].pop()
-            self._change(before.psf, before)
+            psf, field = self._before[photo].pop()
+            edited = psf.status is not PsfStatus.GIVEN
+            self._session.do(setting_psf(self._session, psf.psf, edited=edited, field=field))
         finally:
             self._undoing = False
 
@@ -81,7 +95,7 @@ class PsfEditing:
     @painting.setter
     def painting(self, on: bool) -> None:
         if on:
-            self._session.required_psf()
+            self._editable()
         self._painting = on
         self._attach()
 
@@ -92,18 +106,21 @@ class PsfEditing:
         return None if photo is None else outputs.newest(self._session, photo, outputs.PSF)
 
     def _remember(self) -> None:
-        photo, psf = self._session.photo, self._session.state.psf
-        if photo is None or psf is None:
+        photo, state = self._session.photo, self._session.state
+        if photo is None or state.psf is None:
             return
-        known, self._known[photo] = self._known.get(photo), psf
-        if known is not None and known is not psf and not self._undoing:
+        known, self._known[photo] = self._known.get(photo), (state.psf, state.field)
+        changed = known is not None and known[0] is not state.psf
+        if known is not None and changed and not self._undoing:
             self._before[photo] = [*self._before.get(photo, []), known][-DEPTH:]
 
     def _attach(self) -> None:
         """Listen to the mouse on the PSF layer of the photo, and on no other."""
         if self._canvas is not None and self._drag in self._canvas.mouse_drag_callbacks:
             self._canvas.mouse_drag_callbacks.remove(self._drag)
-        self._canvas = self.layer if self._painting else None
+        state = self._session.state
+        single = state.psf is not None and state.field is None and state.psf.psf.ndim == PLANE
+        self._canvas = self.layer if self._painting and single else None
         if self._canvas is not None:
             self._canvas.mouse_drag_callbacks.append(self._drag)
 

@@ -18,9 +18,11 @@ viewer = ViewerModel()
 {opening}
 session = Session(viewer, photo{white})
 '''
-TAIL = """
+INTO_FILE = "restore_into"
+WRITE = """
 if session.state.restored is not None:
-    {write}
+    {write}"""
+TAIL = """
 session.save("{stem}-session.json")
 """
 
@@ -42,7 +44,8 @@ def as_script(record: dict[str, Any]) -> str:
     names: set[tuple[str, str]] = {("napari.components", "ViewerModel")}
     names.add(("napari_crfdeblur", "Session"))
     lines = []
-    for action in actions_of(record, "the session"):
+    actions = actions_of(record, "the session")
+    for action in actions:
         arguments = [f"{k}={expression(v, names)}" for k, v in action.arguments.items()]
         lines.append(f"session.{action.verb}({', '.join(arguments)})")
     source = record["source"]
@@ -54,7 +57,10 @@ def as_script(record: dict[str, Any]) -> str:
         white="" if source["white"] is None else f", white={source['white']!r}",
         imports="{imports}",
     )
-    tail = TAIL.format(stem=stem, write=_writing(source, stem, names))
+    results = [action.verb for action in actions if action.verb in ("reapply", INTO_FILE)]
+    written = results[-1:] == [INTO_FILE]  # and too large, perhaps, to be held
+    tail = "" if written else WRITE.format(write=_writing(source, stem, names))
+    tail += TAIL.format(stem=stem)
     body = head + "\n".join(lines) + "\n" + tail
     return body.replace("{imports}", _imports(names), 1)
 

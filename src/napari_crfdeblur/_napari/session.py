@@ -15,12 +15,13 @@ from ..deconvolution import Deconvolver
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import ResponseFit
-from ..io import read_edges, read_psf, read_responses
+from ..io import read_edges, read_responses
 from ..linear import Response
 from ..pipeline import DeblurOptions
-from ..psf import PsfEstimate, PsfEstimator, RadonFit
+from ..psf import PsfEstimate, PsfEstimator, PsfField, RadonFit
 from ..response import ResponseCurve
 from . import layers, outputs, provenance, script, steps
+from .blur_files import read_blur
 from .drawing import EdgeDrawing
 from .layers import Span
 from .state import Action, EdgeSet, Fitted, State
@@ -198,17 +199,22 @@ class Session(Workspace):
         method: PsfEstimator | RadonFit | None = None,
         *,
         region: Sequence[Span] | None = None,
+        regions: int | tuple[int, int] | None = None,
     ) -> PsfEstimate:
         """Estimate the PSF in linear light; it is shown as a layer beside the photo.
 
         Parameters
         ----------
         method : PsfEstimator or RadonFit, optional
-            By default :class:`~napari_crfdeblur.psf.XuJia` of the size of the blur.
+            By default :class:`~napari_crfdeblur.psf.Variational` of the size of the blur.
             :class:`~napari_crfdeblur.psf.RadonFit` finds it from the edges of the session alone.
         region : sequence of (start, stop), optional
             For each axis of the photo; by default the plane that is shown. Edges count wherever
             they lie.
+        regions : int or (int, int), optional
+            Rows and columns of parts, or parts along the longer side, each of which gets a PSF
+            of its own (``state.field``), for a camera that turned; by default one PSF serves
+            the whole photo. That of the whole is found, and returned, all the same.
 
         Raises
         ------
@@ -216,27 +222,39 @@ class Session(Workspace):
             There is no response, the picture shows too little structure, or there are no edges
             for a method that needs them.
         """
-        return self.do(steps.estimating_psf(self, method, region=region))
+        return self.do(steps.estimating_psf(self, method, region=region, regions=regions))
 
-    def set_psf(self, psf: FloatArray, *, edited: bool = False) -> PsfEstimate:
+    def set_psf(
+        self, psf: FloatArray, *, edited: bool = False, field: PsfField | None = None
+    ) -> PsfEstimate:
         """Use a PSF that is known.
 
         Parameters
         ----------
-        psf : ndarray, shape (H, W)
-            Non-negative, scaled to sum 1; its origin is the center pixel.
+        psf : ndarray, shape (H, W) or (D, H, W)
+            Non-negative, scaled to sum 1; its origin is the center pixel. With one of three
+            dimensions, stacks are restored as volumes of their last three axes.
         edited : bool
             Whether it is an estimate changed by hand: deconvolution then allows for errors.
+        field : PsfField, optional
+            PSFs of the parts of the photo, if they differ; `psf` is that of the whole.
+
+        Raises
+        ------
+        CrfDeblurError
+            It is no PSF, has more dimensions than the photo, or `field` is that of a picture
+            of other sides.
         """
-        return self.do(steps.setting_psf(self, psf, edited=edited))
+        return self.do(steps.setting_psf(self, psf, edited=edited, field=field))
 
     def load_psf(self, path: Path | str) -> PsfEstimate:
-        """Use the PSF in a picture or an array file."""
-        return self.set_psf(read_psf(Path(path)))
+        """Use the PSF in a picture, a stack of pictures, an array file, or what was exported."""
+        psf, field = read_blur(Path(path))
+        return self.set_psf(psf, field=field)
 
     def use_psf_of(self, layer: ImageLayer) -> PsfEstimate:
         """Use the PSF in an image layer, as it is now."""
-        return self.set_psf(layers.kernel_of(layers.unwrapped(layer)))
+        return self.set_psf(layers.kernel_of(layers.unwrapped(layer), self.photo))
 
     def linearize(self, *, region: Sequence[Span] | None = None) -> ImageLayer:
         """Undo the response: the photo in linear light, as a layer.
@@ -254,7 +272,7 @@ class Session(Workspace):
         Parameters
         ----------
         method : Deconvolver, optional
-            By default :class:`~napari_crfdeblur.deconvolution.HyperLaplacian`, which allows
+            By default :class:`~napari_crfdeblur.deconvolution.LocalShrinkage`, which allows
             for the errors of an estimated PSF.
         """
         return self.do(steps.deconvolving(self, method))
@@ -268,6 +286,30 @@ class Session(Workspace):
     ) -> ImageLayer:
         """Linearize, deconvolve and re-apply; returns the layer of the deblurred photo."""
         return self.do(steps.restoring(self, method, region=region))
+
+    def restore_into(
+        self, path: Path | str, method: Deconvolver | None = None, *, overwrite: bool = False
+    ) -> ImageLayer:
+        """Restore the photo into a file, tile by tile, and show it from there.
+
+        For photos and stacks, dask arrays among them, whose results do not fit into memory.
+
+        Parameters
+        ----------
+        path : Path
+            A BigTIFF of tiles (``.tif``) or a folder of zarr (``.zarr``); it appears under this
+            name when it is complete.
+        method : Deconvolver, optional
+            As in :meth:`deconvolve`.
+        overwrite : bool
+            Whether a file that is there already is replaced.
+
+        Raises
+        ------
+        CrfDeblurError
+            The file is there, or cannot be written; or every part has a PSF of its own.
+        """
+        return self.do(steps.restoring_into(self, path, method, overwrite=overwrite))
 
     def compare_with(
         self,
@@ -351,8 +393,9 @@ class Session(Workspace):
             ``plot of the`` ``response``, ``profiles``, ``edges`` or ``PSF``.
         path : Path
             Its suffix says the kind: ``.html`` or ``.png`` for the report, ``.json`` or
-            ``.csv`` for edges, ``.npy``, ``.tif`` or ``.png`` for the PSF, ``.png``, ``.svg``
-            or ``.pdf`` for plots, ``.json`` and ``.py`` for the rest.
+            ``.csv`` for edges, ``.npy``, ``.tif``, ``.png`` or ``.json`` for the PSF (only the
+            last keeps those of all parts), ``.png``, ``.svg`` or ``.pdf`` for plots, ``.json``
+            and ``.py`` for the rest.
 
         Raises
         ------

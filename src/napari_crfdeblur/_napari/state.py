@@ -1,6 +1,7 @@
 """What a session knows of a photo: frozen records, one for each stage of the path."""
 
-from dataclasses import dataclass, field, replace
+import dataclasses
+from dataclasses import dataclass, replace
 from typing import Any
 
 from napari.layers import Image as ImageLayer
@@ -11,7 +12,8 @@ from ..estimate.likelihood import LiveFit
 from ..linear import Response
 from ..pipeline import joint_curve
 from ..profiles import ProfileGroup
-from ..psf import PsfEstimate
+from ..psf import PsfEstimate, PsfField
+from .blurs import Blur
 from .layers import Region
 
 UNDO_DEPTH = 50
@@ -81,7 +83,7 @@ class Fitted:
     estimates: tuple[ResponseEstimate, ...]
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
-    fits: tuple[LiveFit, ...] = field(default=(), repr=False)
+    fits: tuple[LiveFit, ...] = dataclasses.field(default=(), repr=False)
 
     @property
     def curve(self) -> Response:
@@ -133,7 +135,7 @@ class Action:
     """
 
     verb: str
-    arguments: dict[str, Any] = field(default_factory=dict)
+    arguments: dict[str, Any] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of(cls, verb: str, **arguments: Any) -> "Action":
@@ -148,6 +150,10 @@ class State:
 
     Parameters
     ----------
+    psf : PsfEstimate or None
+        That of the whole photo.
+    field : PsfField or None
+        Those of its parts, if they differ; `psf` is then not used to restore it.
     live : Fitted or None
         The response that follows the edges while they change, to be looked at; no step uses it.
     """
@@ -162,6 +168,13 @@ class State:
     undo: tuple[EdgeSet | None, ...] = ()
     redo: tuple[EdgeSet | None, ...] = ()
     live: Fitted | None = None
+    field: PsfField | None = None
+
+    @property
+    def blur(self) -> Blur | None:
+        """What the photo is restored with: the PSFs of its parts, or that of the whole."""
+        whole = None if self.psf is None else self.psf.psf
+        return whole if self.field is None else self.field
 
     @property
     def shown(self) -> Fitted | None:
@@ -181,17 +194,20 @@ class State:
         """The state with other edges; those before can be had again by undo."""
         return replace(self, edges=edges, undo=(*self.undo, self.edges)[-UNDO_DEPTH:], redo=())
 
-    def with_tools(self, fitted: Fitted, psf: PsfEstimate) -> "State":
+    def with_tools(
+        self, fitted: Fitted, psf: PsfEstimate, parts: PsfField | None = None
+    ) -> "State":
         """The state as if the response and the PSF of another photo were given for this one."""
         curves = tuple(estimate.curve for estimate in fitted.estimates)
         return self.after(
             Action.of("set_response", curve=curves[0] if len(curves) == 1 else curves),
-            Action.of("set_psf", psf=psf.psf),
+            Action.of("set_psf", psf=psf.psf, field=parts),
             Action.of("linearize"),
             Action.of("deconvolve"),
             Action.of("reapply"),
             fitted=fitted,
             psf=psf,
+            field=parts,
         )
 
     def undone(self) -> "State | None":

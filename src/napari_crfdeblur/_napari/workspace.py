@@ -13,8 +13,9 @@ from psygnal import Signal
 from ..errors import CrfDeblurError
 from ..estimate import ResponseStatus
 from ..progress import Progress, drain
-from ..psf import PsfEstimate
+from ..psf import PsfEstimate, PsfField, PsfStatus
 from . import layers
+from .blurs import Blur
 from .layers import Region, Source, Span
 from .provenance import KEY, provenance
 from .state import EdgeSet, Fitted, State
@@ -190,6 +191,11 @@ class Workspace:
             raise CrfDeblurError(NO_PSF)
         return self.state.psf
 
+    def required_blur(self) -> Blur:
+        """The PSF, or those of all parts; refuses to go on without."""
+        whole = self.required_psf().psf
+        return whole if self.state.field is None else self.state.field
+
     def commit(self, photo: ImageLayer, state: State) -> None:
         """Keep what a step has found, and tell the views what has changed."""
         before = self.state_of(photo)
@@ -203,7 +209,7 @@ class Workspace:
             self.edges_changed.emit()
         if state.fitted is not before.fitted or state.live is not before.live:
             self.response_changed.emit()
-        if state.psf is not before.psf:
+        if state.psf is not before.psf or state.field is not before.field:
             self.psf_changed.emit()
         if state.restored is not before.restored or state.linear is not before.linear:
             self.layers_changed.emit()
@@ -212,8 +218,13 @@ class Workspace:
         """Tell the user something, wherever the session is shown."""
         self.said.emit(Message(text, level))
 
-    def say_trust(self, fitted: Fitted | None = None, psf: PsfEstimate | None = None) -> None:
-        """Tell the user how far a response and a PSF can be trusted."""
+    def say_trust(
+        self,
+        fitted: Fitted | None = None,
+        psf: PsfEstimate | None = None,
+        parts: PsfField | None = None,
+    ) -> None:
+        """Tell the user how far a response and a PSF, or those of all parts, can be trusted."""
         said, doubt = [], False
         if fitted is not None:
             statuses = list(dict.fromkeys(estimate.status for estimate in fitted.estimates))
@@ -223,6 +234,9 @@ class Workspace:
         if psf is not None:
             said.append(f"PSF: {psf.status.value}")
             doubt |= psf.status.doubted
+        if parts is not None:
+            said.append(f"PSFs of parts: {trust_in(parts)}")
+            doubt |= doubted(parts)
         self.say("\n".join(said), Level.DOUBT if doubt else Level.INFO)
 
     def _required_photo(self) -> ImageLayer:
@@ -243,6 +257,30 @@ class Workspace:
         if photo is not None and layer is photo:
             self.photo = None
             self.say(f"“{photo.name}” was closed; open or choose another photo")
+
+
+def trust_in(parts: PsfField) -> str:
+    """How far the PSFs of parts can be trusted, and whether they differ, in words."""
+    statuses = [status for row in parts.statuses for status in row]
+    borrowed = statuses.count(PsfStatus.BORROWED)
+    open_ = sum(status.doubted for status in statuses)
+    counts = {
+        f"{len(statuses) - borrowed - open_} of {len(statuses)} clearly determined": True,
+        f"{open_} uncertain": open_,
+        f"{borrowed} follow from the others": borrowed,
+    }
+    said = [", ".join(text for text, count in counts.items() if count)]
+    turn = parts.diagnostics.get("turn")
+    if turn is not None:
+        said += [f"the camera turned by {turn:.2f}°" if turn else "they do not differ"]
+    return "; ".join(said)
+
+
+def doubted(parts: PsfField) -> bool:
+    """Whether the user should look at the PSFs of parts: less than half are well determined."""
+    statuses = [status for row in parts.statuses for status in row]
+    bad = sum(status.doubted or status is PsfStatus.BORROWED for status in statuses)
+    return 2 * bad > len(statuses)
 
 
 def _is_photo(layer: Layer) -> bool:

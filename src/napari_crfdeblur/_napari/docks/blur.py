@@ -12,19 +12,21 @@ from napari.layers import Layer, Shapes
 from napari.utils.theme import get_theme
 
 from ..._typing import FloatArray
-from ...io import read_psf, write_psf
-from ...io.psfs import SUFFIXES
 from ...psf import disk, gaussian, line
 from ...report import draw_psf
+from ..blur_files import SUFFIXES, read_blur, write_blur
+from ..blurs import draw_blur
 from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
+from ..provenance import KEY
 from ..psf_editing import PsfEditing
 from ..step import Level, Message, Step
 from ..steps import estimating_psf
+from ..workspace import doubted, trust_in
 from .base import SHADES, Dock, Followed
-from .choices import AUTOMATIC, FROM_EDGES, psf_estimators
+from .choices import AUTOMATIC, FROM_EDGES, chosen_regions, psf_estimators, regions_box
 from .files import ask_open, ask_save
-from .forms import MethodForm, row, sentence
+from .forms import MethodForm, row, sentence, tight
 from .plots import Plot
 
 PLANE, DRAWN = "the shown picture", "the drawn region"
@@ -50,8 +52,9 @@ class BlurDock(Dock):
     def step(self) -> Step[Any, Any]:
         """The PSF estimated with the chosen method."""
         drawn = self._where.value == DRAWN and self._method.chosen != FROM_EDGES
-        region = self._region() if drawn else None
-        return estimating_psf(self.session, self._method.method, region=region)
+        regions = chosen_regions(self._parts)
+        region = self._region() if drawn and regions is None else None
+        return estimating_psf(self.session, self._method.method, region=region, regions=regions)
 
     def draw_region(self) -> Shapes:
         """Make the layer on which the region is drawn, ready for a rectangle."""
@@ -67,16 +70,16 @@ class BlurDock(Dock):
         return layer
 
     def load(self, path: Path | str) -> None:
-        """Use the PSF in a NumPy file or a gray picture."""
-        self._editing.use(read_psf(Path(path)))
+        """Use the PSF in a NumPy file, a gray picture or stack of them, or what was saved."""
+        self._editing.use(*read_blur(Path(path)))
 
     def save(self, path: Path | str) -> None:
-        """Write the PSF to a NumPy file or a gray picture."""
-        write_psf(Path(path), self.session.required_psf().psf)
+        """Write the PSF to a NumPy file or a gray picture; those of all parts to JSON."""
+        write_blur(Path(path), self.session.required_psf().psf, self.session.state.field)
 
     def use(self, layer: ImageLayer) -> None:
         """Use the PSF in an image layer."""
-        self._editing.use(kernel_of(layer))
+        self._editing.use(kernel_of(layer, self.session.photo))
 
     def make(self) -> None:
         """Use the PSF of the chosen shape."""
@@ -107,7 +110,9 @@ class BlurDock(Dock):
             tooltip="part of the photo from which the PSF is estimated: one with sharp edges "
             "of many directions and without clipped lights is best",
         )
-        self._method.edited.connect(self._choose_method)
+        self._parts = regions_box()
+        self._method.edited.connect(self._choose_part)
+        self._parts.changed.connect(self._choose_part)
         draw = self.button(
             "Draw a region",
             "drag a rectangle on the photo; the last one counts",
@@ -118,18 +123,25 @@ class BlurDock(Dock):
             "find the PSF in linear light; needs a response, and from straight edges those, too",
             lambda: self.run(block=False),
         )
-        return [self._method, row(self._where, draw), estimate]
+        return [self._method, tight(self._parts, labels=True), row(self._where, draw), estimate]
 
     def _given(self) -> list[Widget]:
         load = self.button(
-            "Load PSF...", "from a NumPy file or a gray picture of any size in pixels", self._ask
+            "Load PSF...",
+            "from a NumPy file or a gray picture of any size in pixels; for a stack that is to be "
+            "restored as a volume, from a stack of pictures",
+            self._ask,
         )
-        save = self.button("Save PSF...", "as a NumPy file or a gray picture", self._ask_save)
+        save = self.button(
+            "Save PSF...",
+            "as a NumPy file or a gray picture; as JSON with those of all parts",
+            self._ask_save,
+        )
         self._layer = ComboBox(
             choices=self._kernels,
             nullable=True,
-            tooltip="gray picture in the viewer that shows how a point is blurred, "
-            "in pixels of the photo",
+            tooltip="gray picture in the viewer that shows how a point is blurred, in pixels of "
+            "the photo; for a stack that is to be restored as a volume, a stack of pictures",
         )
         use = self.button("Use layer", "take the PSF from that layer", self._use_chosen)
         return [row(load, save), row(self._layer, use)]
@@ -207,8 +219,10 @@ class BlurDock(Dock):
         super()._connect()
         self.session.viewer.events.theme.connect(self._show_psf)
 
-    def _choose_method(self) -> None:
-        self._where.enabled = self._method.chosen != FROM_EDGES  # edges count wherever they lie
+    def _choose_part(self) -> None:
+        # Edges count wherever they lie, and parts are those of the whole picture.
+        whole = chosen_regions(self._parts) is not None
+        self._where.enabled = self._method.chosen != FROM_EDGES and not whole
 
     def _region(self) -> Any:
         photo, _ = self.session.source()
@@ -218,10 +232,10 @@ class BlurDock(Dock):
         return region_drawn_on(layer, photo)
 
     def _kernels(self, _: Any) -> list[tuple[str, Layer]]:
-        """Gray pictures that are not the photo."""
-        images = [layer for layer in self.session.viewer.layers if isinstance(layer, ImageLayer)]
-        gray = [i for i in images if i.ndim == 2 and not i.rgb and i is not self.session.photo]
-        return [(layer.name, layer) for layer in gray]
+        """Gray pictures that are not the photo; for one that is a stack, small stacks, too."""
+        photo, layers = self.session.photo, self.session.viewer.layers
+        images = [i for i in layers if isinstance(i, ImageLayer) and i is not photo and not i.rgb]
+        return [(i.name, i) for i in images if i.ndim == 2 or _smaller_stack(i, photo)]
 
     def _made(self) -> FloatArray:
         size = float(self._size.value)
@@ -238,19 +252,22 @@ class BlurDock(Dock):
         self._sketch.redraw()
 
     def _draw(self, ax: Any) -> None:
-        psf = self.session.state.psf
-        if psf is None:
+        blur = self.session.state.blur
+        if blur is None:
             ax.set(xticks=[], yticks=[])
             return
-        draw_psf(ax, psf.psf)
+        draw_blur(ax, blur)
 
     def _show_psf(self, _: Any = None) -> None:
-        psf = self.session.state.psf
-        text, shade = NONE, None
+        psf, parts = self.session.state.psf, self.session.state.field
+        text, shade, doubt = NONE, None, False
         if psf is not None:
-            height, width = psf.psf.shape
-            text = f"{width} x {height} px: {psf.status.value}"
-        if psf is not None and psf.status.doubted:
+            sides = " x ".join(str(side) for side in reversed(psf.psf.shape))
+            text, doubt = f"{sides} px: {psf.status.value}", psf.status.doubted
+        if parts is not None:
+            text = f"{text}<br>PSFs of {'{} x {}'.format(*parts.grid)} parts: {trust_in(parts)}"
+            doubt |= doubted(parts)
+        if doubt:
             shade = SHADES[get_theme(self.session.viewer.theme).type][Level.DOUBT]
         self._status.value = f'<span style="color: {shade}">{text}</span>' if shade else text
         self._plot.redraw()
@@ -286,3 +303,11 @@ class BlurDock(Dock):
         path = ask_save(self.native, "Save the PSF", SUFFIXES)
         if path is not None:
             self.attempt(lambda: self.save(path))
+
+
+def _smaller_stack(layer: ImageLayer, photo: ImageLayer | None) -> bool:
+    """Whether a layer can be the PSF of the volumes of a photo."""
+    if photo is None or layer.ndim != 3 or photo.ndim < 3 or KEY in layer.metadata:
+        return False
+    sides = zip(layer.data.shape, photo.data.shape[: photo.ndim][-3:], strict=True)
+    return all(own <= side for own, side in sides)

@@ -2,7 +2,16 @@
 
 from typing import Any
 
-from ...deconvolution import HyperLaplacian, RichardsonLucy, SparseIrls, Wiener
+from magicgui.widgets import ComboBox
+
+from ...deconvolution import (
+    HyperLaplacian,
+    LocalShrinkage,
+    RichardsonLucy,
+    SparseIrls,
+    TotalVariation,
+    Wiener,
+)
 from ...estimate import (
     GivenResponse,
     MaximumLikelihood,
@@ -11,7 +20,7 @@ from ...estimate import (
     Tail,
 )
 from ...pipeline import BLIND_ERROR
-from ...psf import RadonFit, XuJia
+from ...psf import Fergus, RadonFit, Shan, Variational, XuJia
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
 # Names in napari's settings, which are those of the command line, and names in the widgets.
@@ -21,12 +30,15 @@ PREFERRED = {
     "mean": "mean profile",
     "gamma": "gamma",
     "srgb": "sRGB",
+    "local-shrinkage": "local shrinkage",
     "hyper-laplacian": "hyper-Laplacian",
     "irls": "sparse (IRLS)",
+    "total-variation": "total variation",
     "wiener": "Wiener",
     "richardson-lucy": "Richardson-Lucy",
 }
 AUTOMATIC = "automatic"
+ONE = (1, 1)  # regions: magicgui does not tell of a choice that is None
 FROM_EDGES = "straight edges (Radon)"
 
 
@@ -52,15 +64,43 @@ def given() -> dict[str, Any]:
 
 def psf_estimators() -> dict[str, Any]:
     """How the PSF can be estimated."""
-    return {AUTOMATIC: None, "Xu & Jia": XuJia(), FROM_EDGES: RadonFit()}
+    return {
+        AUTOMATIC: None,
+        "variational": Variational(),
+        "Xu & Jia": XuJia(),
+        "Fergus et al.": Fergus(),
+        "Shan et al.": Shan(),
+        FROM_EDGES: RadonFit(),
+    }
+
+
+def regions_box() -> ComboBox:
+    """Asks for the parts of a photo that get a PSF each."""
+    grids = [(2, 2), (3, 3), (3, 4), (4, 3), (4, 4), (4, 6)]
+    choices = [("1 (one PSF)", ONE), *(("{} x {}".format(*grid), grid) for grid in grids)]
+    return ComboBox(
+        label="regions",
+        choices=choices,
+        value=ONE,
+        tooltip="rows x columns of parts of the photo, each of which gets a PSF of its own: for a "
+        "camera that turned; it takes as much longer as there are parts",
+    )
+
+
+def chosen_regions(box: ComboBox) -> tuple[int, int] | None:
+    """Rows and columns of the parts that were asked for; None for one PSF of the whole."""
+    grid: tuple[int, int] = box.value
+    return None if grid == ONE else grid
 
 
 def deconvolvers() -> dict[str, Any]:
     """How the blur can be undone."""
     return {
         AUTOMATIC: None,
+        "local shrinkage": LocalShrinkage(model_error=BLIND_ERROR),
         "hyper-Laplacian": HyperLaplacian(model_error=BLIND_ERROR),
         "sparse (IRLS)": SparseIrls(model_error=BLIND_ERROR),
+        "total variation": TotalVariation(model_error=BLIND_ERROR),
         "Wiener": Wiener(model_error=BLIND_ERROR),
         "Richardson-Lucy": RichardsonLucy(),
     }

@@ -10,8 +10,16 @@ from ..preferences import preferences
 from ..step import Step
 from ..steps import deblurring
 from .base import Dock
-from .choices import PREFERRED, deconvolvers, fits, given, psf_estimators
-from .forms import MethodForm, blur_extent_box
+from .choices import (
+    PREFERRED,
+    chosen_regions,
+    deconvolvers,
+    fits,
+    given,
+    psf_estimators,
+    regions_box,
+)
+from .forms import MethodForm, blur_extent_box, tight
 
 
 class DeblurDock(Dock):
@@ -25,6 +33,7 @@ class DeblurDock(Dock):
             "response", fits() | given(), PREFERRED[chosen.response], "how the response is found"
         )
         self._psf = MethodForm("PSF", psf_estimators(), "automatic", "how the PSF is found")
+        self._parts = regions_box()
         self._method = MethodForm(
             "deconvolution", deconvolvers(), "automatic", "how the blur is undone"
         )
@@ -33,7 +42,14 @@ class DeblurDock(Dock):
             "find edges, response and PSF, deconvolve in linear light, and show the result",
             lambda: self.run(block=False),
         )
-        return [Container(widgets=[self._extent]), self._response, self._psf, self._method, button]
+        return [
+            Container(widgets=[self._extent]),
+            self._response,
+            self._psf,
+            tight(self._parts, labels=True),
+            self._method,
+            button,
+        ]
 
     def step(self) -> Step[Any, Any]:
         """The whole path with the chosen methods."""
@@ -42,5 +58,6 @@ class DeblurDock(Dock):
             blur_extent=self._extent.value or None,
             psf=self._psf.method,
             method=self._method.method,
+            regions=chosen_regions(self._parts),
         )
         return deblurring(self.session, options)

@@ -16,6 +16,7 @@ from ...io.images import WRITABLE
 from ...io.responses import SUFFIXES, responses_from
 from ...linear import Response
 from ...response import Cameras, Gamma, ResponseCurve
+from ..blurs import PLANE
 from ..cameras import UNKNOWN
 from ..layers import unwrapped
 from ..preferences import preferences
@@ -255,7 +256,7 @@ class ResponseDock(Dock):
 
     def _methods(self) -> dict[str, Any]:
         known = self.session.state.psf
-        if known is None:
+        if known is None or known.psf.ndim != PLANE:
             return fits()
         psf = known.psf
         return fits() | {KNOWN_PSF: MaximumLikelihood(psf=psf), KNOWN_PSF_EQ4: KnownPsf(psf)}

@@ -1,6 +1,7 @@
 """Restoring: linear, deconvolved, re-applied, previewed first and compared with the photo."""
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 from magicgui.widgets import CheckBox, ComboBox, Container, Label
@@ -8,6 +9,7 @@ from magicgui.widgets.bases import Widget
 from napari.layers import Layer
 
 from ...errors import CrfDeblurError
+from ...large.store import SUFFIXES
 from .. import jobs, outputs
 from ..layers import Region, visible_part
 from ..preferences import preferences
@@ -20,9 +22,11 @@ from ..steps import (
     previewing,
     reapplying,
     restoring,
+    restoring_into,
 )
 from .base import Dock, Followed
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
+from .files import ask_save
 from .forms import MethodForm, row, sentence
 from .keys import PREVIEW
 
@@ -55,6 +59,13 @@ class RestoreDock(Dock):
         """Restore what the canvas shows, in place of the last preview."""
         return self.begin(lambda: previewing(self.session, self._method.method), block=block)
 
+    def run_into(self, path: Path, block: bool = True) -> Any:
+        """Restore all of the photo into a file, which is replaced if it is there."""
+        method = self._method.method
+        return self.begin(
+            lambda: restoring_into(self.session, path, method, overwrite=True), block=block
+        )
+
     def remove_preview(self) -> None:
         """Take the preview away."""
         outputs.remove_preview(self.session, self.session.source()[0])
@@ -84,7 +95,7 @@ class RestoreDock(Dock):
         self._method = MethodForm(
             "deconvolution",
             deconvolvers(),
-            AUTOMATIC if name == "hyper-Laplacian" else name,
+            AUTOMATIC if name == "local shrinkage" else name,
             "how the blur is undone",
         )
         self._what = ComboBox(
@@ -118,6 +129,12 @@ class RestoreDock(Dock):
             "linearize, deconvolve and re-apply the response: three new layers",
             lambda: self.run(block=False),
         )
+        into = self.button(
+            "Restore into a file...",
+            "for photos whose results do not fit into memory: tile by tile into a TIFF or a "
+            "folder of zarr, which is then shown",
+            self._ask_into,
+        )
         linear = self.button(
             "Linearize",
             "only undo the response: a layer in linear light",
@@ -133,7 +150,7 @@ class RestoreDock(Dock):
             "only apply the response again to the last deconvolved layer",
             lambda: self.begin(lambda: reapplying(self.session)),
         )
-        return [row(preview, remove), restore, row(linear, sharp, again)]
+        return [row(preview, remove), restore, into, row(linear, sharp, again)]
 
     def _comparisons(self) -> list[Widget]:
         self._clipped = sentence()
@@ -177,6 +194,11 @@ class RestoreDock(Dock):
         if self._what.value == VISIBLE:
             return visible_part(self.session.viewer, photo, max(source.shape))
         return None
+
+    def _ask_into(self) -> None:
+        path = ask_save(self.native, "Restore into a file", SUFFIXES)
+        if path is not None:
+            self.run_into(path, block=False)
 
     def _comparison(self) -> Step[Any, Any]:
         photo, method, region = self._chosen

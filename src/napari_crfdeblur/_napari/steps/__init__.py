@@ -9,6 +9,7 @@ from .blur import estimating_psf, setting_psf
 from .cameras import keeping_camera, looking_up_cameras
 from .edges import ONE_SLICE, detecting_edges, joined, removing_edges, setting_edges
 from .export import EXPORTS, exporting
+from .large import restoring_into
 from .response import estimating_response, following_edges, setting_response
 from .restore import (
     comparing,
@@ -42,6 +43,7 @@ __all__ = [
     "removing_edges",
     "restoring",
     "restoring_files",
+    "restoring_into",
     "restoring_layers",
     "setting_edges",
     "setting_psf",
@@ -60,4 +62,5 @@ REPEATABLE: dict[str, Callable[..., Step[Any, Any]]] = {
     "deconvolve": deconvolving,
     "reapply": reapplying,
     "compare_with": comparing,
+    "restore_into": restoring_into,
 }

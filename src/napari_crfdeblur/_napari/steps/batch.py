@@ -6,17 +6,26 @@ from pathlib import Path
 
 from napari.layers import Image as ImageLayer
 
-from ..._typing import FloatArray, Image
+from ..._typing import Image
+from ...batch import Batch, Fate, deblurring_files
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
-from ...io import images, make_folder, read_photo, write_photo
+from ...estimate import GivenResponse
 from ...linear import Response
-from ...pipeline import suited_deconvolver
+from ...pipeline import DeblurOptions, suited_deconvolver
 from ...progress import Job, Progress
+from ...psf import GivenPsf, PsfField
+from ...response import ResponseCurve
 from .. import jobs, outputs
+from ..blurs import PLANE, Blur, axes_of
 from ..layers import Source, source_of, unwrapped
 from ..step import Effects, Level, Step, at_once
 from ..workspace import Workspace
+
+ONE_PSF = (
+    "files are deblurred with one PSF of rows and columns: estimate or choose one for the whole "
+    "photo first, or open the files and choose their layers"
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,30 +38,35 @@ class BatchResult:
         Layer or file of the result, by the name of the photo.
     failed : dict of str to str
         Why a photo was passed over, by its name.
+    kept : tuple of str
+        Those of `done` that were there from an earlier time.
     """
 
     done: dict[str, ImageLayer | Path]
     failed: dict[str, str]
+    kept: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """How many photos were deblurred, and why the others were not."""
         reasons = [f"{name} was passed over: {why}" for name, why in self.failed.items()]
-        return "; ".join(
-            [f"deblurred {len(self.done)} of {len(self.done) + len(reasons)}", *reasons]
-        )
+        total = len(self.done) + len(reasons)
+        counted = f"deblurred {len(self.done) - len(self.kept)} of {total}"
+        before = [f"{len(self.kept)} done before"] if self.kept else []
+        return "; ".join([counted, *before, *reasons])
 
 
 def restoring_layers(
     session: Workspace, photos: Sequence[ImageLayer], method: Deconvolver | None = None
 ) -> Step[dict[int, Image | str], BatchResult]:
     """Step of :meth:`Session.restore_layers`."""
-    curve, psf, used = _tools(session, method)
+    curve, blur, used = _tools(session, method)
     chosen = [unwrapped(photo) for photo in photos]
     if not chosen:
         raise CrfDeblurError("no photo is chosen: choose one or more image layers")
     sources = [source_of(photo, session.white_of(photo)) for photo in chosen]
     fitted, estimate = session.required_response(), session.required_psf()
+    parts = session.state.field
 
     def finish(found: dict[int, Image | str]) -> Effects[BatchResult]:
         result = BatchResult({}, {})
@@ -61,14 +75,14 @@ def restoring_layers(
             if isinstance(made, str):
                 result.failed[photo.name] = made
                 continue
-            state = session.state_of(photo).with_tools(fitted, estimate)
+            state = session.state_of(photo).with_tools(fitted, estimate, parts)
             whole = sources[number].whole
             result.done[photo.name] = outputs.photo_layer(session, photo, made, whole, state)
             yield
         session.say(result.sentence, Level.ERROR if result.failed else Level.INFO)
         return result
 
-    job = _each_layer(sources, curve, psf, used)
+    job = _each_layer(sources, curve, blur, used)
     return Step(f"deblurring {len(chosen)} layers", job, finish)
 
 
@@ -79,7 +93,9 @@ def restoring_files(
     method: Deconvolver | None = None,
 ) -> Step[BatchResult, BatchResult]:
     """Step of :meth:`Session.restore_files`."""
-    curve, psf, used = _tools(session, method)
+    curve, blur, used = _tools(session, method)
+    if isinstance(blur, PsfField) or axes_of(blur) != PLANE:
+        raise CrfDeblurError(ONE_PSF)
     files = [Path(path) for path in paths]
     if not files:
         raise CrfDeblurError("no file is chosen: choose one or more photos")
@@ -89,49 +105,44 @@ def restoring_files(
         session.say(result.sentence, Level.ERROR if result.failed else Level.INFO)
         return result
 
-    job = _each_file(files, Path(folder), curve, psf, used)
+    curves = [curve] if isinstance(curve, ResponseCurve) else curve
+    fits = [GivenResponse(each) for each in curves]
+    response = fits[0] if len(fits) == 1 else fits
+    options = DeblurOptions(response=response, psf=GivenPsf(blur), method=used)
+    job = _each_file(Batch(files, Path(folder), options))
     return Step(f"deblurring {len(files)} files", job, finish)
 
 
-def _tools(
-    session: Workspace, method: Deconvolver | None
-) -> tuple[Response, FloatArray, Deconvolver]:
-    psf = session.required_psf()
-    return session.required_response().curve, psf.psf, method or suited_deconvolver(psf)
+def _tools(session: Workspace, method: Deconvolver | None) -> tuple[Response, Blur, Deconvolver]:
+    used = method or suited_deconvolver(session.required_psf())
+    return session.required_response().curve, session.required_blur(), used
 
 
 def _each_layer(
-    sources: Sequence[Source], curve: Response, psf: FloatArray, method: Deconvolver
+    sources: Sequence[Source], curve: Response, blur: Blur, method: Deconvolver
 ) -> Job[dict[int, Image | str]]:
     """Long job: restored pixels by number, or why there are none."""
     found: dict[int, Image | str] = {}
     for number, source in enumerate(sources):
         yield Progress(source.name, number, len(sources))
         try:
-            made = yield from jobs.restoring(source, source.whole, curve, psf, method)
+            made = yield from jobs.restoring(source, source.whole, curve, blur, method)
             found[number] = made.photo
         except CrfDeblurError as error:
             found[number] = str(error)
     return found
 
 
-def _each_file(
-    files: Sequence[Path], folder: Path, curve: Response, psf: FloatArray, method: Deconvolver
-) -> Job[BatchResult]:
+def _each_file(batch: Batch) -> Job[BatchResult]:
     """Long job: every file restored and written; a bad one never stops the others."""
-    make_folder(folder)
-    result = BatchResult({}, {})
-    for number, path in enumerate(files):
-        yield Progress(path.name, number, len(files))
-        suffix = path.suffix if path.suffix.lower() in images.WRITABLE else ".png"
-        output = folder / f"{path.stem}-deblurred{suffix}"
-        try:
-            photo = read_photo(path)
-            source = Source(photo, photo.ndim == 3, None, path.name)
-            made = yield from jobs.restoring(source, source.whole, curve, psf, method)
-            write_photo(output, made.photo, like=path)
-        except (CrfDeblurError, OSError) as error:
-            result.failed[path.name] = str(error)
-        else:
-            result.done[path.name] = output
-    return result
+    found = yield from deblurring_files(batch)
+    names = [each.photo.name for each in found.outcomes]
+    named = {
+        each.photo.name if names.count(each.photo.name) == 1 else str(each.photo): each
+        for each in found.outcomes
+    }
+    return BatchResult(
+        {name: each.result for name, each in named.items() if each.result is not None},
+        {name: each.reason for name, each in named.items() if each.result is None},
+        tuple(name for name, each in named.items() if each.fate is Fate.KEPT),
+    )

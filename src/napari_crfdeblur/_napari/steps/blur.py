@@ -1,17 +1,26 @@
 """Steps that change the PSF."""
 
 from collections.abc import Sequence
+from typing import TypeAlias
 
 from napari.layers import Image as ImageLayer
 
 from ..._typing import FloatArray
+from ...errors import CrfDeblurError
+from ...linear import Response
 from ...progress import Job, Progress
-from ...psf import PsfEstimate, PsfEstimator, PsfStatus, RadonFit, as_psf
+from ...psf import PsfEstimate, PsfEstimator, PsfField, PsfStatus, RadonFit, as_psf
 from .. import jobs, outputs
-from ..layers import Span, pairs
-from ..state import Action
+from ..blurs import check_fit
+from ..layers import Region, Source, Span, pairs
+from ..state import Action, EdgeSet
 from ..step import Step, at_once
 from ..workspace import Workspace
+
+ALL_OF_IT = (
+    "PSFs of parts are found in the whole picture: leave out the region, or look for one PSF"
+)
+Found: TypeAlias = tuple[PsfEstimate, PsfField | None]
 
 
 def estimating_psf(
@@ -19,32 +28,43 @@ def estimating_psf(
     method: PsfEstimator | RadonFit | None = None,
     *,
     region: Sequence[Span] | None = None,
-) -> Step[PsfEstimate, PsfEstimate]:
+    regions: int | tuple[int, int] | None = None,
+) -> Step[Found, PsfEstimate]:
     """Step of :meth:`Session.estimate_psf`."""
     photo, source = session.source()
     fitted = session.required_response()
     where = session.plane(None) if region is None else session.region(region)
+    if regions is not None and where[-2:] != source.whole[-2:]:
+        raise CrfDeblurError(ALL_OF_IT)
     action = Action.of(
-        "estimate_psf", method=method, region=None if region is None else pairs(where)
+        "estimate_psf",
+        method=method,
+        region=None if region is None else pairs(where),
+        regions=regions,
     )
 
     @at_once
-    def finish(psf: PsfEstimate) -> PsfEstimate:
-        _put(session, photo, psf, action)
-        session.say_trust(psf=psf)
+    def finish(found: Found) -> PsfEstimate:
+        psf = _put(session, photo, *found, action)
+        session.say_trust(None, *found)
         return psf
 
-    job = jobs.seeking_psf(source, where, fitted.curve, method, found=session.state.edges)
+    job = _seeking(source, where, fitted.curve, method, session.state.edges, regions)
     return Step("estimating the PSF", job, finish)
 
 
 def setting_psf(
-    session: Workspace, psf: FloatArray, *, edited: bool = False
+    session: Workspace,
+    psf: FloatArray,
+    *,
+    edited: bool = False,
+    field: PsfField | None = None,
 ) -> Step[PsfEstimate, PsfEstimate]:
     """Step of :meth:`Session.set_psf`."""
-    photo, _ = session.source()
+    photo, source = session.source()
     given = PsfEstimate(as_psf(psf), PsfStatus.EDITED if edited else PsfStatus.GIVEN)
-    action = Action.of("set_psf", psf=given.psf, edited=edited)
+    check_fit(given.psf if field is None else field, source)
+    action = Action.of("set_psf", psf=given.psf, edited=edited, field=field)
 
     def job() -> Job[PsfEstimate]:
         yield Progress("given PSF", 0, 1)
@@ -52,13 +72,33 @@ def setting_psf(
 
     @at_once
     def finish(estimate: PsfEstimate) -> PsfEstimate:
-        return _put(session, photo, estimate, action)
+        return _put(session, photo, estimate, field, action)
 
     return Step("taking the PSF", job(), finish)
 
 
-def _put(session: Workspace, photo: ImageLayer, psf: PsfEstimate, action: Action) -> PsfEstimate:
-    state = session.state_of(photo).after(action, psf=psf)
-    outputs.show_psf(session, photo, psf, state)
+def _seeking(
+    source: Source,
+    where: Region,
+    curve: Response,
+    method: PsfEstimator | RadonFit | None,
+    found: EdgeSet | None,
+    regions: int | tuple[int, int] | None,
+) -> Job[Found]:
+    """Long job: the PSF of the whole, and those of its parts if it is to be divided."""
+    psf = yield from jobs.seeking_psf(source, where, curve, method, found=found)
+    field = yield from jobs.seeking_field(source, where, curve, method, psf, regions=regions)
+    return psf, field
+
+
+def _put(
+    session: Workspace,
+    photo: ImageLayer,
+    psf: PsfEstimate,
+    field: PsfField | None,
+    action: Action,
+) -> PsfEstimate:
+    state = session.state_of(photo).after(action, psf=psf, field=field)
+    outputs.show_psf(session, photo, state)
     session.commit(photo, state)
     return psf

@@ -1,12 +1,13 @@
 """Steps that write files: the report, plots, and everything else that a session holds."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 from ...errors import CrfDeblurError
-from ...io import check_output, write_edges, write_psf, write_responses, write_text
+from ...io import check_output, write_edges, write_responses, write_text
 from ...io.files import replacing
 from ...progress import Job, Progress
 from ...report import (
@@ -14,11 +15,12 @@ from ...report import (
     draw_edges,
     draw_photo,
     draw_profiles,
-    draw_psf,
     draw_response,
     write_report,
 )
 from ...report.content import usual_curves
+from ..blur_files import write_blur
+from ..blurs import draw_blur, seen
 from ..layers import source_of
 from ..provenance import write_session
 from ..script import as_script
@@ -71,7 +73,8 @@ def _report(session: Workspace) -> Write:
             edges=state.edges.edges if state.edges else (),
             groups=(fitted.groups if fitted else ()) or found,
             responses=fitted.estimates if fitted else (),
-            psf=state.psf,
+            psf=None if state.psf is None else replace(state.psf, psf=seen(state.psf.psf)),
+            field=state.field,
             sharp=restored.photo(plane) if restored is not None and whole else None,
         )
         write_report(path, report)
@@ -90,8 +93,8 @@ def _edges(session: Workspace) -> Write:
 
 
 def _psf(session: Workspace) -> Write:
-    content = session.required_psf().psf
-    return lambda path: write_psf(path, content)
+    content = session.required_psf().psf, session.state.field
+    return lambda path: write_blur(path, *content)
 
 
 def _session(session: Workspace) -> Write:
@@ -129,15 +132,15 @@ def _edge_plot(session: Workspace) -> Write:
 
 
 def _psf_plot(session: Workspace) -> Write:
-    psf = session.required_psf().psf
-    return partial(_plot, lambda ax: draw_psf(ax, psf))
+    blur = session.required_blur()
+    return partial(_plot, lambda ax: draw_blur(ax, blur))
 
 
 EXPORTS: dict[str, tuple[Callable[[Workspace], Write], tuple[str, ...]]] = {
     "report": (_report, (".html", ".png")),
     "response": (_response, (".json",)),
     "edges": (_edges, (".json", ".csv")),
-    "PSF": (_psf, (".npy", ".tif", ".png")),
+    "PSF": (_psf, (".npy", ".tif", ".png", ".json")),
     "session": (_session, (".json",)),
     "Python script": (_script, (".py",)),
     "plot of the response": (_response_plot, PLOTS),

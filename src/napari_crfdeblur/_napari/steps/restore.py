@@ -13,7 +13,7 @@ from ...estimate import GivenResponse, ResponseFit
 from ...linear import Response
 from ...pipeline import DeblurOptions, edges_needed, suited_deconvolver
 from ...progress import Job
-from ...psf import GivenPsf, PsfEstimate
+from ...psf import GivenPsf, PsfEstimate, PsfField
 from ...response import Gamma, ResponseCurve
 from .. import jobs, outputs
 from ..jobs import Restoration
@@ -21,6 +21,7 @@ from ..layers import Pairs, Region, Source, Span, pairs, stack_index, visible_pa
 from ..state import Action, EdgeSet, Fitted, Linear, Sharp, State
 from ..step import Effects, Step, at_once
 from ..workspace import Workspace
+from .large import check_room
 from .response import unless_default
 
 NOT_LINEAR = "there is no photo in linear light yet: linearize it first"
@@ -35,6 +36,7 @@ def linearizing(
     photo, source = session.source()
     fitted = session.required_response()
     where = source.whole if region is None else session.region(region)
+    check_room(source, where)
     action = Action.of("linearize", region=None if region is None else pairs(where))
 
     @at_once
@@ -52,7 +54,7 @@ def deconvolving(
     session: Workspace, method: Deconvolver | None = None
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.deconvolve`."""
-    photo, _ = session.source()
+    photo, source = session.source()
     linear, psf = session.state.linear, session.required_psf()
     if linear is None:
         raise CrfDeblurError(NOT_LINEAR)
@@ -66,7 +68,7 @@ def deconvolving(
         return layer
 
     light, used = np.asarray(linear.layer.data), method or suited_deconvolver(psf)
-    job = jobs.sharpening(light, linear.region, psf.psf, used)
+    job = jobs.sharpening(source, light, linear.region, session.required_blur(), used)
     return Step("deconvolving", job, finish)
 
 
@@ -99,6 +101,7 @@ def restoring(
     photo, source = session.source()
     fitted, psf = session.required_response(), session.required_psf()
     where = source.whole if region is None else session.region(region)
+    check_room(source, where)
     used = method or suited_deconvolver(psf)
     actions = _restoring_actions(method, None if region is None else pairs(where))
 
@@ -106,7 +109,7 @@ def restoring(
         state = session.state_of(photo).after(*actions)
         return (yield from _show_all(session, photo, state, made, where, fitted))
 
-    job = jobs.restoring(source, where, fitted.curve, psf.psf, used)
+    job = jobs.restoring(source, where, fitted.curve, session.required_blur(), used)
     return Step("restoring the photo", job, finish)
 
 
@@ -121,6 +124,7 @@ def comparing(
     photo, source = session.source()
     psf = session.required_psf()
     where = source.whole if region is None else session.region(region)
+    check_room(source, where)
     assumed = curve or Gamma(2.2)
     used = method or suited_deconvolver(psf)
     action = Action.of(
@@ -141,7 +145,7 @@ def comparing(
         session.commit(photo, state)
         return layer
 
-    job = jobs.restoring(source, where, assumed, psf.psf, used)
+    job = jobs.restoring(source, where, assumed, session.required_blur(), used)
     return Step(f"restoring with {outputs.curve_name(assumed)}", job, finish)
 
 
@@ -159,7 +163,7 @@ def previewing(
         return outputs.show_preview(session, photo, pixels, region)
 
     used = method or suited_deconvolver(psf)
-    job = jobs.previewing(source, region, curve, psf.psf, used)
+    job = jobs.previewing(source, region, curve, session.required_blur(), used)
     return Step("preview", job, finish)
 
 
@@ -170,27 +174,31 @@ class Whole:
     edges: EdgeSet | None
     fitted: Fitted
     psf: PsfEstimate
+    field: PsfField | None
     made: Restoration
 
 
 def deblurring(session: Workspace, options: DeblurOptions | None = None) -> Step[Whole, ImageLayer]:
     """Step of :meth:`Session.deblur`."""
     photo, source = session.source()
+    check_room(source, source.whole)
     options = options or DeblurOptions()
     before = session.state.edges if options.edges is None else None
     plane = before.plane if before else session.plane(None)
     actions = _whole_actions(options, before, plane)
 
     def finish(whole: Whole) -> Effects[ImageLayer]:
-        state = session.state_of(photo).after(*actions, fitted=whole.fitted, psf=whole.psf)
+        state = session.state_of(photo).after(
+            *actions, fitted=whole.fitted, psf=whole.psf, field=whole.field
+        )
         if whole.edges is not before:
             state = state.with_edges(whole.edges)
         session.commit(photo, state)
         yield
-        outputs.show_psf(session, photo, whole.psf, state)
+        outputs.show_psf(session, photo, state)
         yield
         layer = yield from _show_all(session, photo, state, whole.made, source.whole, whole.fitted)
-        session.say_trust(whole.fitted, whole.psf)
+        session.say_trust(whole.fitted, whole.psf, whole.field)
         return layer
 
     job = _whole_path(source, plane, before, options)
@@ -211,9 +219,12 @@ def _whole_path(
     psf = yield from jobs.seeking_psf(
         source, plane, fitted.curve, options.psf, found=found, extent=extent
     )
-    method = options.method or suited_deconvolver(psf)
-    made = yield from jobs.restoring(source, source.whole, fitted.curve, psf.psf, method)
-    return Whole(found, fitted, psf, made)
+    field = yield from jobs.seeking_field(
+        source, plane, fitted.curve, options.psf, psf, regions=options.regions, extent=extent
+    )
+    method, blur = options.method or suited_deconvolver(psf), psf.psf if field is None else field
+    made = yield from jobs.restoring(source, source.whole, fitted.curve, blur, method)
+    return Whole(found, fitted, psf, field, made)
 
 
 def _whole_actions(options: DeblurOptions, found: EdgeSet | None, plane: Region) -> list[Action]:
@@ -236,10 +247,10 @@ def _whole_actions(options: DeblurOptions, found: EdgeSet | None, plane: Region)
     else:
         method, per_channel = unless_default(fits[0]), len(fits) > 1
         actions += [Action.of("estimate_response", method=method, per_channel=per_channel)]
-    if isinstance(options.psf, GivenPsf):
+    if isinstance(options.psf, GivenPsf) and options.regions is None:
         actions += [Action.of("set_psf", psf=options.psf.psf)]
     else:
-        actions += [Action.of("estimate_psf", method=options.psf)]
+        actions += [Action.of("estimate_psf", method=options.psf, regions=options.regions)]
     return [*actions, *_restoring_actions(options.method, None)]
 
 

@@ -1,0 +1,99 @@
+"""The blur in files: a PSF as a picture or an array, and all that is known of it as JSON."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._typing import FloatArray
+from ..errors import CrfDeblurError
+from ..io import check_output, psfs, read_psf, write_psf, write_text
+from ..io.files import check_input, replacing
+from ..io.images import TIFF
+from ..io.records import from_record, to_record
+from ..large.sources import open_source
+from ..psf import PsfField
+
+FORMAT, VERSION = "crfdeblur-psf", 1
+JSON, NPY = ".json", ".npy"
+SUFFIXES = (*psfs.SUFFIXES, JSON)
+VOLUME = 3  # axes
+
+
+def read_blur(path: Path) -> tuple[FloatArray, PsfField | None]:
+    """Read a PSF, and those of the parts of a photo if the file has them.
+
+    Parameters
+    ----------
+    path : Path
+        As for :func:`~napari_crfdeblur.io.read_psf`; a TIFF of several pages or an array of
+        three axes, whose center is the origin as it stands; or JSON of :func:`write_blur`.
+
+    Raises
+    ------
+    CrfDeblurError
+        Missing, damaged, or no PSF.
+    """
+    if path.suffix.lower() == JSON:
+        return _read_json(path)
+    volume = _volume(path) if path.suffix.lower() in (*TIFF, NPY) else None
+    return (read_psf(path) if volume is None else volume), None
+
+
+def write_blur(path: Path, psf: FloatArray, field: PsfField | None) -> None:
+    """Write a PSF; of parts, all in JSON.
+
+    Raises
+    ------
+    CrfDeblurError
+        A kind of file that cannot hold it, or a place that cannot be written.
+    """
+    check_output(path, SUFFIXES)
+    suffix = path.suffix.lower()
+    if suffix == JSON:
+        content = {"format": FORMAT, "version": VERSION}
+        content |= {"psf": to_record(psf), "field": to_record(field)}
+        write_text(path, json.dumps(content, allow_nan=False) + "\n")
+    elif field is not None:
+        raise CrfDeblurError(f"{path}: the PSFs of parts are kept as .json; give such a name")
+    elif psf.ndim < VOLUME or suffix == NPY:
+        write_psf(path, psf)
+    elif suffix in TIFF:
+        _write_pages(path, psf)
+    else:
+        raise CrfDeblurError(f"{path}: a PSF of 3 dimensions is kept as .tif, .npy or .json")
+
+
+def _read_json(path: Path) -> tuple[FloatArray, PsfField | None]:
+    check_input(path)
+    try:
+        content: Any = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise CrfDeblurError(f"{path}: not a JSON file ({error}); export the PSF again") from error
+    if not isinstance(content, dict) or content.get("format") != FORMAT:
+        raise CrfDeblurError(f'{path}: not a PSF: "format" is not "{FORMAT}"; export one')
+    if content.get("version") != VERSION:
+        raise CrfDeblurError(f"{path}: made by a later version; update napari-crfdeblur")
+    psf, field = (from_record(content.get(name)) for name in ("psf", "field"))
+    if not isinstance(psf, np.ndarray) or not isinstance(field, PsfField | None):
+        raise CrfDeblurError(f"{path}: the PSF is damaged; export it again")
+    return psf, field
+
+
+def _volume(path: Path) -> FloatArray | None:
+    """The pixels of a gray stack; None for a picture, and for what is to be said of others."""
+    try:
+        source = open_source(path)
+        if source.color or len(source.shape) != VOLUME:
+            return None
+        return source.read(tuple(slice(0, side) for side in source.shape)).astype(np.float64)
+    except CrfDeblurError:
+        return None
+
+
+def _write_pages(path: Path, psf: FloatArray) -> None:
+    from tifffile import imwrite
+
+    with replacing(path) as temporary:
+        imwrite(temporary, psf.astype(np.float32), photometric="minisblack")
