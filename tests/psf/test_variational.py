@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 from blurred_shapes import blurred, scene
 from scipy import fft, ndimage
+from scipy.signal import fftconvolve
 
 from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.errors import CrfDeblurError
@@ -50,6 +51,19 @@ def test_the_faint_end_of_a_long_psf_is_kept() -> None:
     found = estimate_psf(blurred(truth, 140, 180, noise=0.001), Variational(size=21)).psf
     rows = np.flatnonzero(found.sum(axis=1) > 0.005)
     assert np.ptp(rows) + 1 >= 15
+
+
+@pytest.mark.parametrize("softness", [0.0, 0.6], ids=["crisp", "soft"])
+def test_a_crisp_and_a_soft_picture_give_about_the_same_width(softness: float) -> None:
+    truth = camera_shake(11, 8)
+    sharp = ndimage.gaussian_filter(scene(140, 180), softness)
+    photo = fftconvolve(sharp, truth, mode="valid")
+    photo += np.random.default_rng(1).normal(0, 0.003, photo.shape)
+    found = estimate_psf(photo, Variational(size=11)).psf
+    # As many equal pixels have this sum of squares. How soft the picture was cannot be known:
+    # half as much is assumed, which makes the PSF thinner by an eighth or thicker by a half.
+    assert 0.8 < np.square(truth).sum() / np.square(found).sum() < 1.6
+    assert kernel_similarity(found, truth) > 0.95
 
 
 def test_brightness_and_contrast_do_not_matter() -> None:
@@ -150,6 +164,30 @@ def test_the_true_psf_makes_the_picture_likelier_than_a_wrong_one() -> None:
             sharp = gradients.posterior(psf, 0.008, sharp)
         energies.append(gradients.energy(psf, 0.008, sharp))
     assert energies[0] == min(energies)
+
+
+def test_another_softness_is_assumed_of_the_same_picture() -> None:
+    photo = Blurred(blurred(camera_shake(5, 4), 40, 50).astype(np.float32))
+    first, other = (BlurredGradient.of(photo, 5, softness) for softness in (0.5, 0.3))
+    changed = first.assuming(0.3)
+    np.testing.assert_array_equal(changed.softness, other.softness)
+    np.testing.assert_array_equal(changed.measured, first.measured)
+    offsets = np.arange(-1, 2)
+    assert changed.softness.sum(axis=1) @ offsets**2 == pytest.approx(0.3**2)
+
+
+def test_a_psf_and_the_softness_count_together() -> None:
+    photo = Blurred(blurred(camera_shake(5, 4), 60, 70).astype(np.float32))
+    psf = np.pad(camera_shake(5, 4), 2)
+    soft = fftconvolve(psf, soft_point(0.5), mode="same")
+    energies = []
+    for model, kernel in (
+        (BlurredGradient.of(photo, 9, 0.5), psf),
+        (BlurredGradient.of(photo, 9, 0.0), soft),
+    ):
+        sharp = model.posterior(kernel, 0.01, model.unknown())
+        energies.append(model.energy(kernel, 0.01, sharp))
+    assert energies[0] == pytest.approx(energies[1], rel=1e-4)  # single precision
 
 
 def test_the_sharp_gradient_nears_the_true_one() -> None:

@@ -13,8 +13,8 @@ SMOOTHNESS = 3.5  # of the PSFs that parts of the picture give, for contrast 1
 
 # What good estimates reach. Chosen on 28 pictures blurred by known PSFs, of which 5 were
 # deblurred more than 2.5 times as wrong as with the true PSF: 4 of those fall short of one of
-# these, and so do 3 others. Of 51 PSFs of Variational, 35 on pictures that were not looked at, 10
-# were that wrong, 7 of which fall short, and so do 3 others: agreement is necessary for a good
+# these, and so do 3 others. Of 51 PSFs of Variational, 35 on pictures that were not looked at, 8
+# were that wrong, 4 of which fall short, and so do 4 others: agreement is necessary for a good
 # PSF, not sufficient.
 LEAST_BETWEEN_HALVES = 0.94
 LEAST_BETWEEN_DIRECTIONS = 0.975

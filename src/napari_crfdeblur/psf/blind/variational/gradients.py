@@ -1,6 +1,6 @@
 """The gradient of the sharp picture as a distribution: what is likely, and how uncertain it is."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import fft, signal
@@ -79,6 +79,10 @@ class BlurredGradient:
         known[0, rows - 1] = known[1, :, columns - 1] = 0
         measured[:, :rows, :columns] = blurred.gradient()
         return cls(known * measured, known, soft_point(softness), size)
+
+    def assuming(self, softness: float) -> "BlurredGradient":
+        """The same, but for `h` of another standard deviation in pixels."""
+        return replace(self, softness=soft_point(softness))
 
     @property
     def shape(self) -> Shape:
@@ -180,7 +184,7 @@ class BlurredGradient:
 
 
 def soft_point(deviation: float) -> FloatArray:
-    """A point as soft as sharp photos are: 3 x 3 pixels, of this standard deviation in pixels."""
+    """A point as soft as a sharp picture is: 3 x 3 pixels, of this standard deviation in pixels."""
     side = deviation**2 / 2
     profile = np.array([side, 1 - 2 * side, side])
     return np.outer(profile, profile)

@@ -1,5 +1,6 @@
 """Blind estimation of a PSF from the distribution of sharp gradients, coarse to fine."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -17,13 +18,15 @@ from .noise import noise_of_gradients
 
 ROOM = 1.4  # side of the array in which the PSF is found, in sizes: a faint end is found late
 STEPS = 6  # on each level
-LAST_STEPS = 10  # on the finest
-FURTHER_STEPS = 6  # on the finest, for the PSF that edges give
+FURTHER_STEPS = 6  # on the finest, for either of the PSFs that are compared
 OPENING = 2  # rounds that find the sharp gradient before the PSF is touched
 FIRST_MISFIT = 0.06  # of contrast: the error of the model on the coarsest level
 MISFIT = 0.0085  # on the finest, besides noise
 NOISE_SHARE = 0.5  # of the noise of gradients that is counted
-SOFTNESS = 0.63  # pixels, standard deviation of the blur that a sharp photo has anyway
+# Pixels, standard deviation of the blur that a sharp picture has anyway. What it takes, the PSF
+# lacks. Real photos have .6 or more, but a crisp edge between two pixels has .4 and less.
+SEARCHED_SOFTNESS = 0.5  # on all levels: thinner PSFs are found more safely
+SOFTNESS = 0.35  # at the end: the photo may have been crisp
 COMPARED = 2  # rounds that find the sharp gradient for the PSFs that are compared
 FAINT = 0.02  # of the peak: what is cleared from step to step
 NOISE = 0.03  # of the peak: what is cleared at the end of a level
@@ -46,10 +49,14 @@ class Variational(PsfEstimator):
     photo (:class:`~.gradients.BlurredGradient`). Against the papers, noise is not learned: it is
     measured in the picture, and the model is taken as rough on coarse levels.
 
+    Of `h` the picture says nothing, since only ``k * h`` matters. Too much of it makes the PSF too
+    thin for a crisp picture, too little makes it too thick for a soft one. More is assumed
+    while the PSF is searched, which is safer, and less at the end.
+
     Either search can be led astray: this one, that starts from nothing, and that of
-    :class:`~..xu_jia.XuJia`, from strong edges. So both are made, the second is continued as the
-    first on the finest level, and the PSF that makes the picture likelier is taken, by the cost
-    of Wipf & Zhang.
+    :class:`~..xu_jia.XuJia`, from strong edges. So both are made, both PSFs are continued alike on
+    the finest level, and the one that makes the picture likelier is taken, by the cost of Wipf &
+    Zhang.
 
     Parameters
     ----------
@@ -80,19 +87,21 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     """Long job: a PSF of at least `size` x `size` pixels, more if its faint ends need them."""
     sizes = level_sizes(int(ROOM * size) // 2 * 2 + 1)
     noise, misfits = NOISE_SHARE * noise_of_gradients(blurred), misfits_of(len(sizes))
-    at = Progress("blind PSF", 0, (len(sizes) - 1) * STEPS + LAST_STEPS + FURTHER_STEPS + 1)
+    at = Progress("blind PSF", 0, len(sizes) * STEPS + 2 * FURTHER_STEPS + 1)
     psf = FIRST_GUESS
     for level, misfit in zip(sizes, misfits, strict=True):
-        scale, last = level / sizes[-1], level == sizes[-1]
-        model = BlurredGradient.of(blurred if last else blurred.scaled(scale), level, SOFTNESS)
-        error, steps = float(np.hypot(misfit, scale * noise)), LAST_STEPS if last else STEPS
-        found = yield from alternating(model, psf, error, steps, at)
-        psf, at = found.psf, replace(at, done=at.done + steps)
+        scale = level / sizes[-1]
+        small = blurred.scaled(scale) if scale < 1 else blurred
+        model = BlurredGradient.of(small, level, SEARCHED_SOFTNESS)
+        error = float(np.hypot(misfit, scale * noise))
+        psf = (yield from alternating(model, psf, error, STEPS, at)).psf
+        at = replace(at, done=at.done + STEPS)
     edges = yield from unreported(searching_edges(blurred, size), at)
-    start = roomy(edges, sizes[-1])
-    other = yield from alternating(model, start, error, FURTHER_STEPS, at)
-    at = replace(at, done=at.done + FURTHER_STEPS)
-    likelier = yield from comparing(model, (found, other), error, at)
+    model, candidates = model.assuming(SOFTNESS), []
+    for start in (psf, roomy(edges, sizes[-1])):
+        candidates.append((yield from alternating(model, start, error, FURTHER_STEPS, at)))
+        at = replace(at, done=at.done + FURTHER_STEPS)
+    likelier = yield from comparing(model, candidates, error, at)
     yield replace(at, done=at.total)
     return trimmed(likelier, size)
 
@@ -134,7 +143,7 @@ def alternating(
 
 
 def comparing(
-    model: BlurredGradient, candidates: tuple[Found, ...], error: float, at: Progress
+    model: BlurredGradient, candidates: Sequence[Found], error: float, at: Progress
 ) -> Job[FloatArray]:
     """Long job: the PSF with which the blurred picture is the least unlikely."""
     energies = []
