@@ -45,6 +45,7 @@ from napari_crfdeblur.deconvolution import (
     LocalShrinkage,
     RichardsonLucy,
     SparseIrls,
+    Tiled,
     TotalVariation,
     Wiener,
     deconvolve,
@@ -67,7 +68,8 @@ TRANSFORMS: dict[Deconvolver, int] = {
     TotalVariation(): 2 + 20 * 2,
     SparseIrls(): 2 + 2 + 4 * (2 + 4 * 4),
 }
-COMPILED = (RichardsonLucy, HyperLaplacian)
+TILED = Tiled(RichardsonLucy())  # for speed and memory only: its tiles overlap
+COMPILED = (RichardsonLucy, HyperLaplacian, LocalShrinkage, TotalVariation, Tiled)
 
 
 def picture(name: str) -> Plane:
@@ -223,23 +225,26 @@ def speed(name: str, shape: tuple[int, int]) -> None:
     unit = pair(periodic_shape(plane.shape, psf.shape))
     wiener = peers()["scikit-image wiener, as shipped"][-1]
     lucy = peers()["scikit-image richardson_lucy, as shipped"][-1]
-    theirs = {
+    theirs: dict[type[Deconvolver], float] = {
         Wiener: seconds(lambda: wiener(plane, psf)),
         RichardsonLucy: seconds(lambda: lucy(plane, psf)),
     }
+    theirs[Tiled] = theirs[RichardsonLucy]
+    needed = {**TRANSFORMS, TILED: TRANSFORMS[RichardsonLucy()]}
     rows = []
-    for method, compiled in ((each, fast) for each in TRANSFORMS for fast in (False, True)):
+    for method, compiled in ((each, fast) for each in needed for fast in (False, True)):
         if compiled and (type(method) not in COMPILED or find_spec("numba") is None):
             continue
         loops.LEAST_SIZE = 0 if compiled else 2 * plane.size
         deconvolve(plane[:64, :64].copy(), psf, method)  # compiles
-        transforms, kind = TRANSFORMS[method], type(method)
+        transforms, kind = needed[method], type(method)
         restore = partial(deconvolve, plane, psf, method)
         cpu = seconds(restore)
         peer = f"{cpu / theirs[kind]:.2f}" if kind in theirs else "-"
         bound = f"{cpu / (transforms / 2 * unit):.2f}"
         peak = f"{planes(restore, plane):.1f}"
-        label = f"{kind.__name__}, compiled loops" if compiled else kind.__name__
+        name_of = "Tiled(RichardsonLucy)" if method is TILED else kind.__name__
+        label = f"{name_of}, compiled loops" if compiled else name_of
         rows.append([label, f"{transforms / 2:g}", f"{cpu:.2f}", bound, peer, peak])
     print(f"\n{name}, PSF 31 x 31; one pair of transforms {1000 * unit:.0f} ms\n")
     heads = ["", "pairs", "CPU s", "/ FFT bound", "/ scikit-image", "peak memory, planes"]

@@ -96,7 +96,9 @@ def test_a_table_is_looked_up_in_its_cells(library):
     np.testing.assert_array_equal(found, [[3, 3], [5, 7], [7, 7]])
 
 
-@pytest.mark.parametrize("method", [HyperLaplacian(), RichardsonLucy(5)])
+@pytest.mark.parametrize(
+    "method", [HyperLaplacian(), LocalShrinkage(), TotalVariation(), RichardsonLucy(5)]
+)
 @pytest.mark.parametrize(("dtype", "tolerance"), [(np.float32, 1e-5), (np.float64, 1e-13)])
 def test_compiled_loops_give_the_same(method, dtype, tolerance, monkeypatch):
     pytest.importorskip("numba")

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage
 
 from napari_crfdeblur import fourier
-from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve, measure
+from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve, loops, measure
 from napari_crfdeblur.deconvolution import local_shrinkage as ls
 from napari_crfdeblur.deconvolution.local_shrinkage import LocalShrinkage
 from napari_crfdeblur.deconvolution.noise import PlaneStatistics
@@ -52,6 +52,22 @@ def test_blocks_of_filters_are_the_plain_ones(shape, monkeypatch):
     monkeypatch.setattr(ls, "BLOCK", 1)  # the least height
     # blocks of 16 rows: two of them in the first case
     np.testing.assert_allclose(ls.shrink(plane, 0.7), plain_shrinkage(plane, 0.7), atol=1e-12)
+
+
+@pytest.mark.parametrize("shape", [(23, 17), (5, 4), (2, 3)])
+@pytest.mark.parametrize("scaled", [False, True])
+@pytest.mark.parametrize(("dtype", "tolerance"), [(np.float32, 1e-5), (np.float64, 1e-13)])
+def test_the_compiled_loop_is_the_plain_one(shape, scaled, dtype, tolerance, monkeypatch):
+    pytest.importorskip("numba")
+    rng = np.random.default_rng(9)
+    plane = rng.normal(size=shape).astype(dtype)
+    before = plane.copy()
+    factors = rng.uniform(1, 3, shape).astype(dtype) if scaled else None
+    plain = ls.shrink(plane, 0.7, factors)
+    monkeypatch.setattr(loops, "LEAST_SIZE", 0)
+    # rounding of sums of some 20 terms, in another order
+    np.testing.assert_allclose(ls.shrink(plane, 0.7, factors), plain, rtol=0, atol=tolerance)
+    np.testing.assert_array_equal(plane, before)
 
 
 def test_without_a_threshold_the_filters_keep_what_their_power_says():

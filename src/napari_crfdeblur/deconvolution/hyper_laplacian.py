@@ -1,26 +1,21 @@
 """Deconvolution with a hyper-Laplacian prior: few transforms, edges kept sharp."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
 from .. import arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame
-from ..fourier import (
-    ComplexArray,
-    forward,
-    gradient_power,
-    inverse,
-    laplacian_power,
-)
+from ..fourier import gradient_power, laplacian_power
 from ..progress import Job, Progress
 from . import loops
 from .base import Deconvolver
 from .differences import add_adjoint, difference, subtract_behind
 from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
-from .recorded import Recorded, recording
+from .recorded import recording
+from .splitting import solving
 
 WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
@@ -86,41 +81,15 @@ class HyperLaplacian(Deconvolver):
         sharp, data = yield from recording(plane, psf, clipped, found.contrast, at)
         for _ in range(3):
             yield (at := next(reports))
+        filters = partial(laplacian_power, gradient_power(sharp.shape, sharp))
         for step in range(self.stages * self.steps):
             beta = GROWTH ** (step // self.steps)
             if step > 0:
                 yield from data.filling(sharp, at)
             shrink_gradient(sharp, beta, self.exponent)
-            if step > 0:
-                yield from data.completing(sharp, 1 / (weight * beta), at)
-            spectrum = forward(sharp)
-            yield (at := next(reports))
-            _solve(spectrum, data, sharp.shape[-1], weight * beta)
-            sharp = inverse(spectrum, sharp.shape)
-            yield (at := next(reports))
+            coupling, middle, at = weight * beta, next(reports), next(reports)
+            sharp = yield from solving(data, sharp, coupling, filters, (middle, at))
         return sharp[frame(plane.shape)] * found.contrast
-
-
-def _solve(spectrum: ComplexArray, data: Recorded, width: int, coupling: float) -> None:
-    """``X = (conj(K) Y + c V) / (|K|^2 + c |D|^2)``, Eq. 4, in place of `V`.
-
-    `V` is the spectrum of ``D^T v`` and `c` is ``w beta``; `width` that of the plane.
-    """
-    gain, correlated = data.gain, data.correlated
-    powers = gradient_power((*gain.shape[:-1], width), gain)
-    if fused := loops.compiled(loops.solve, gain):
-        real = gain.dtype
-        fused(spectrum.view(real), correlated.view(real), gain, *powers, real.type(coupling))
-        return
-    for block in arrays.blocks(gain):
-        inverse_gain = laplacian_power(powers, block)
-        inverse_gain *= coupling
-        inverse_gain += gain[block, ...]
-        inverse_gain = 1 / inverse_gain
-        part = spectrum[block, ...]
-        part *= coupling
-        part += correlated[block, ...]
-        part *= inverse_gain
 
 
 def shrink_gradient(plane: FloatArray, beta: float, exponent: float) -> None:

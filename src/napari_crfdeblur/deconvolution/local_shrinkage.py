@@ -1,6 +1,6 @@
 """Deconvolution that judges details by their neighborhood: texture kept, noise removed."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from math import prod
@@ -14,6 +14,7 @@ from .._typing import BoolArray, FloatArray
 from ..boundary import frame
 from ..fourier import gradient_power
 from ..progress import Job, Progress
+from . import loops
 from .base import Deconvolver
 from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
 from .recorded import recording
@@ -27,7 +28,7 @@ NORMS = (3, 2, 6)  # squared, of the filters (1, 1, 1), (-1, 0, 1) and (1, -2, 1
 SIDE = 5  # of the neighborhood
 NOTHING = 1e-20  # energy, for contrast 1, that is none: what is not there is not shrunk
 HALO = 4  # pixels that a filter, the neighborhood and the filter back reach
-BLOCK = 1 << 17  # elements at a time: more than elsewhere, since every block has a halo
+BLOCK = 1 << 16  # elements at a time; of a large plane more, since every block has a halo
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,16 +117,38 @@ def shrink(plane: FloatArray, threshold: float, scales: FloatArray | None = None
     """
     shape, plane = plane.shape, _lasting(plane)
     shrunk: FloatArray = arrays.empty_like(plane)
-    wrapped = _wrapped(plane, HALO)
-    factors = None if scales is None else _wrapped(_lasting(scales), 1)
-    for block in arrays.row_blocks(plane.shape, _block_size(plane)):
-        part = wrapped[block.start : block.stop + 2 * HALO, ...]
-        least: float | FloatArray = threshold
-        if factors is not None:
-            least = threshold * factors[block.start : block.stop + 2, ...]
-        shrunk[block, ...] = _through_filters(part, (), least)
+    factors = None if scales is None else _lasting(scales)
+    if fused := loops.compiled(loops.shrink_details, plane):
+        _shrink_compiled(fused, plane, threshold, factors, shrunk)
+    else:
+        _shrink_blocks(plane, threshold, factors, shrunk)
     result: FloatArray = arrays.namespace(plane).reshape(shrunk, shape)
     return result
+
+
+def _shrink_compiled(
+    fused: Callable[..., None],
+    plane: FloatArray,
+    threshold: float,
+    factors: FloatArray | None,
+    shrunk: FloatArray,
+) -> None:
+    """:func:`shrink` of a plane by its compiled loop, into `shrunk`."""
+    factors = np.empty((0, 0), dtype=plane.dtype) if factors is None else factors
+    shares = (1 / np.outer(NORMS, NORMS)).ravel().astype(plane.dtype)
+    least, nothing = (plane.dtype.type(each) for each in (SIDE**2 * threshold, NOTHING))
+    fused(plane, factors, least, shares, nothing, shrunk)
+
+
+def _shrink_blocks(
+    plane: FloatArray, threshold: float, factors: FloatArray | None, shrunk: FloatArray
+) -> None:
+    """:func:`shrink` block by block, into `shrunk`."""
+    for block in arrays.row_blocks(plane.shape, _block_size(plane)):
+        least: float | FloatArray = threshold
+        if factors is not None:
+            least = threshold * _around(factors, block, 1)
+        shrunk[block, ...] = _through_filters(_around(plane, block, HALO), (), least)
 
 
 def _lasting(plane: FloatArray) -> FloatArray:
@@ -150,9 +173,8 @@ def _noisiness(plane: FloatArray, statistics: PlaneStatistics) -> FloatArray | N
         return None
     shape, plane = plane.shape, _lasting(plane)
     level: FloatArray = arrays.empty_like(plane)
-    wrapped = _wrapped(plane, HALO)
     for block in arrays.row_blocks(plane.shape, _block_size(plane)):
-        light = wrapped[block.start : block.stop + 2 * HALO, ...]
+        light = _around(plane, block, HALO)
         for _ in range(2):
             light = _neighborhood(light) / SIDE**light.ndim
         level[block, ...] = (model.variance(light * statistics.contrast) / mean**2) ** 0.5
@@ -165,13 +187,18 @@ def _block_size(plane: FloatArray) -> int:
     return max(least, BLOCK if arrays.is_numpy(plane) else arrays.DEVICE_BLOCK)
 
 
-def _wrapped(plane: FloatArray, halo: int) -> FloatArray:
-    """A periodic plane, continued on all sides."""
+def _around(plane: FloatArray, block: slice, halo: int) -> FloatArray:
+    """Rows of a periodic plane, with so many pixels more on all sides."""
+    start, stop, side = block.start - halo, block.stop + halo, plane.shape[0]
+    part: FloatArray = plane[max(start, 0) : min(stop, side), ...]
+    if start < 0 or stop > side:
+        part = arrays.take_rows(plane, np.arange(start, stop) % side)
     xp, device = arrays.namespace(plane), array_api_compat.device(plane)
-    for axis, side in enumerate(plane.shape):
-        index = xp.asarray(np.arange(-halo, side + halo) % side, device=device)
-        plane = xp.take(plane, index, axis=axis)
-    return plane
+    for axis, length in enumerate(plane.shape[1:], start=1):
+        beside = np.arange(-halo, 0) % length, np.arange(halo) % length
+        before, after = (xp.take(part, xp.asarray(i, device=device), axis=axis) for i in beside)
+        part = xp.concat([before, part, after], axis=axis)
+    return part
 
 
 def _through_filters(
@@ -241,10 +268,12 @@ def _shrunk(details: FloatArray, norm: float, threshold: float | FloatArray) -> 
 def _neighborhood(values: FloatArray) -> FloatArray:
     """Sum over the 5 x 5 pixels around each."""
     for axis in range(values.ndim):
-        first, second, third, fourth, fifth = _neighbors(values, axis, SIDE)
-        values = first + second
-        values += third
-        values += fourth
+        first, second = _neighbors(values, axis, 2)
+        pairs = first + second
+        first, _, third = _neighbors(pairs, axis, 3)
+        *_, fifth = _neighbors(values, axis, SIDE)
+        inside: tuple[Any, ...] = (*(slice(None),) * axis, slice(fifth.shape[axis]), ...)
+        values = (first + third)[inside]
         values += fifth
     return values
 

@@ -55,9 +55,11 @@ class Recorded:
         self.gain, self.correlated, self.bands = gain, correlated, sides
         self.first = [arrays.copy(band.gap_of(extended)) for band in sides]
         self.change = [0 * each for each in self.first]
+        self.filled = False
 
     def filling(self, sharp: FloatArray, at: Progress) -> Job[None]:
         """Job: compare with what the sharp picture would have recorded in the gap."""
+        self.filled = True
         for band, first, change in zip(self.bands, self.first, self.change, strict=True):
             recorded = yield from band.blurring(sharp, at)
             change += RELAXATION * (recorded - first - change)
@@ -67,6 +69,8 @@ class Recorded:
 
         It is what `correlated` lacks; in the picture it costs no transform of the whole.
         """
+        if not self.filled:
+            return
         for band, change in zip(self.bands, self.change, strict=True):
             yield from band.gathering(share * change, picture, at)
 

@@ -9,8 +9,9 @@ from typing import TypeAlias
 
 from .. import arrays
 from .._typing import FloatArray
-from ..fourier import forward, inverse
+from ..fourier import ComplexArray, forward, inverse
 from ..progress import Job, Progress
+from . import loops
 from .recorded import Recorded
 
 Power: TypeAlias = Callable[[slice], FloatArray]
@@ -42,13 +43,26 @@ def solving(
     yield from data.completing(pull, 1 / coupling, at[0])
     spectrum = forward(pull)
     yield at[0]
-    for block in arrays.blocks(spectrum):
-        part, denominator = spectrum[block, ...], filters(block)
-        denominator *= coupling
-        denominator += data.gain[block, ...]
-        part *= coupling
-        part += data.correlated[block, ...]
-        part /= denominator
+    _solve(spectrum, data, coupling, filters)
     sharp = inverse(spectrum, pull.shape)
     yield at[1]
     return sharp
+
+
+def _solve(spectrum: ComplexArray, data: Recorded, coupling: float, filters: Power) -> None:
+    """``X = (conj(K) Y + c V) / (|K|^2 + c sum_j |D_j|^2)``, in place of `V`, block by block.
+
+    `V` is the half spectrum of ``sum_j D_j' v_j``, the rest as in :func:`solving`.
+    """
+    fused, real = loops.compiled(loops.solve, data.gain), data.gain.dtype
+    for block in arrays.blocks(spectrum):
+        part, correlated = spectrum[block, ...], data.correlated[block, ...]
+        gain, power = data.gain[block, ...], filters(block)
+        if fused:
+            fused(part.view(real), correlated.view(real), gain, power, real.type(coupling))
+            continue
+        power *= coupling
+        power += gain
+        part *= coupling
+        part += correlated
+        part *= 1 / power  # faster than a division of complex numbers
