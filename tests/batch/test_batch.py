@@ -19,6 +19,7 @@ from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import GivenResponse
 from napari_crfdeblur.io import read_photo, read_psf, read_responses, write_photo, write_psf
 from napari_crfdeblur.pipeline import DeblurOptions, deblur
+from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 from napari_crfdeblur.quality import kernel_similarity
 from napari_crfdeblur.response import SRGB, Gamma
@@ -241,3 +242,14 @@ def test_wrong_arguments_are_refused(photos, tmp_path):
         Batch([], tmp_path)
     with pytest.raises(CrfDeblurError, match="part of the name"):
         Batch(photos, tmp_path, suffix="/x")
+
+
+def test_a_batch_waits_until_a_cancelled_one_in_its_folder_has_ended(photos, tmp_path):
+    batch = Batch(photos, tmp_path / "out", OPTIONS)
+    cancelled, following = deblurring_files(batch), deblurring_files(batch)
+    reports = [next(cancelled) for _ in range(3)]
+    waiting = next(following)
+    assert waiting.stage == "waiting for another batch in this folder"
+    assert all(report.stage != waiting.stage for report in reports)
+    cancelled.close()
+    assert fates(drain(following)) == [Fate.DONE] * 3

@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 from .._typing import Image
@@ -21,6 +22,9 @@ from .journal import Journal, fingerprint
 from .shared import PsfOf, load, settings_of, sharing_psf, sharing_response
 
 UNFINISHED = ".crfdeblur-unfinished"
+PATIENCE = 0.05  # seconds between two looks at whether another batch has ended
+# A batch that was cancelled ends at its next report only; the next one in its folder waits.
+_LOCKS: dict[Path, Lock] = {}
 # What one photo can do wrong without the others being lost.
 BAD_PHOTO = (CrfDeblurError, OSError, MemoryError, ValueError)
 
@@ -138,6 +142,17 @@ def deblur_files(batch: Batch, *, scheduler: str | None = None) -> BatchResult:
 
 def deblurring_files(batch: Batch, *, scheduler: str | None = None) -> Job[BatchResult]:
     """Job of :func:`deblur_files`: reports progress, can be stopped."""
+    lock = _LOCKS.setdefault(batch.folder.resolve(), Lock())
+    while not lock.acquire(timeout=PATIENCE):
+        yield Progress("waiting for another batch in this folder", 0, 1)
+    try:
+        return (yield from _deblurring_files(batch, scheduler))
+    finally:
+        lock.release()
+
+
+def _deblurring_files(batch: Batch, scheduler: str | None) -> Job[BatchResult]:
+    """Long job: the batch, once it is alone in its folder."""
     yield Progress("reading the journal", 0, 1)
     make_folder(batch.folder)
     photos = list(dict.fromkeys(path.absolute() for path in batch.photos))

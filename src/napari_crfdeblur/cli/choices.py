@@ -27,7 +27,7 @@ from ..estimate import (
     Tail,
 )
 from ..io import read_psf, read_responses
-from ..pipeline import BLIND_ERROR, BLIND_SHRINKAGE
+from ..pipeline import BLIND_ERROR
 from ..psf import (
     Fergus,
     GivenPsf,
@@ -48,16 +48,15 @@ from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePr
 Prior: TypeAlias = Cameras | ResponsePrior
 Fits: TypeAlias = ResponseFit | Sequence[ResponseFit]
 
-Regularized: TypeAlias = HyperLaplacian | LocalShrinkage | SparseIrls | TotalVariation | Wiener
-
-# Methods with a prior, and the error of an estimated PSF that their weight allows for.
-PRIORS: dict[str, tuple[type[Regularized], float]] = {
-    "local-shrinkage": (LocalShrinkage, BLIND_SHRINKAGE),
-    "hyper-laplacian": (HyperLaplacian, BLIND_ERROR),
-    "irls": (SparseIrls, BLIND_ERROR),
-    "total-variation": (TotalVariation, BLIND_ERROR),
-    "wiener": (Wiener, BLIND_ERROR),
+# Methods with a prior, whose weight allows for the errors of the PSF.
+PRIORS: dict[str, type[HyperLaplacian | LocalShrinkage | SparseIrls | TotalVariation | Wiener]] = {
+    "local-shrinkage": LocalShrinkage,
+    "hyper-laplacian": HyperLaplacian,
+    "irls": SparseIrls,
+    "total-variation": TotalVariation,
+    "wiener": Wiener,
 }
+
 
 PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] = {
     "auto": lambda size: Variational(size=size) if size else None,
@@ -73,8 +72,7 @@ def deconvolver(name: str, psf: str) -> Deconvolver:
     """Method for ``--method``; an estimated PSF is less certain than a given one."""
     if name == "richardson-lucy":
         return RichardsonLucy()
-    prior, error = PRIORS[name]
-    return prior(model_error=error) if psf in PSF_METHODS else prior()
+    return PRIORS[name](model_error=BLIND_ERROR) if psf in PSF_METHODS else PRIORS[name]()
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:

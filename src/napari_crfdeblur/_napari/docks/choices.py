@@ -19,7 +19,7 @@ from ...estimate import (
     RankMinimization,
     Tail,
 )
-from ...pipeline import BLIND_ERROR, BLIND_SHRINKAGE
+from ...pipeline import BLIND_ERROR
 from ...psf import Fergus, RadonFit, Shan, Variational, XuJia
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
@@ -97,7 +97,7 @@ def deconvolvers() -> dict[str, Any]:
     """How the blur can be undone."""
     return {
         AUTOMATIC: None,
-        "local shrinkage": LocalShrinkage(model_error=BLIND_SHRINKAGE),
+        "local shrinkage": LocalShrinkage(model_error=BLIND_ERROR),
         "hyper-Laplacian": HyperLaplacian(model_error=BLIND_ERROR),
         "sparse (IRLS)": SparseIrls(model_error=BLIND_ERROR),
         "total variation": TotalVariation(model_error=BLIND_ERROR),
