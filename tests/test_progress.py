@@ -2,7 +2,7 @@
 
 import pytest
 
-from napari_crfdeblur.progress import Progress, drain, nth
+from napari_crfdeblur.progress import Progress, drain, nth, reporting
 
 
 def counting(total, log):
@@ -89,3 +89,24 @@ def test_closing_a_part_closes_the_job():
     next(job)
     job.close()
     assert log == ["closed"]
+
+
+def test_a_part_reports_where_the_whole_is_and_ends_with_it():
+    closed = []
+
+    def part():
+        try:
+            yield Progress("part", 0, 2)
+            yield Progress("part", 1, 2)
+            return "result"
+        finally:
+            closed.append(True)
+
+    whole = Progress("whole", 3, 7)
+    reports = []
+    assert drain(reporting(part(), whole), reports.append) == "result"
+    assert reports == [whole] * 2
+    stopped = reporting(part(), whole)
+    next(stopped)
+    stopped.close()
+    assert closed == [True, True]

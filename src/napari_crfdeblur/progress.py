@@ -69,3 +69,16 @@ def nth(job: "Job[T]", number: int, count: int, part: str) -> "Job[T]":
         return result
     finally:
         job.close()
+
+
+def reporting(job: "Job[T]", at: Progress) -> "Job[T]":
+    """Long job that reports where the whole is, in place of the progress of this part of it."""
+    try:
+        while True:
+            next(job)
+            yield at
+    except StopIteration as stop:
+        result: T = stop.value
+        return result
+    finally:
+        job.close()

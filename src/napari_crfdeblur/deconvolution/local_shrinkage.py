@@ -43,8 +43,7 @@ class LocalShrinkage(Deconvolver):
     as Cai & Silverman (2001, Incorporating information on neighbouring coefficients into wavelet
     estimation, Sankhya B 63) do with wavelets, after James & Stein (1961): a faint detail
     remains if there are others around it, as in texture, and is taken for noise if it is alone.
-    Then
-    the picture that fits both the blurred one and `v` follows from one pair of transforms,
+    Then the picture that fits both the blurred one and `v` follows from one pair of transforms,
 
         ``x = argmin 1/2 |k * x - y|^2 + w / (2 t) sum_j |D_j x - v_j|^2``,
 

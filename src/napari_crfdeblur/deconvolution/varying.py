@@ -9,7 +9,7 @@ import numpy as np
 
 from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
-from ..progress import Job, Progress, drain
+from ..progress import Job, Progress, drain, reporting
 from ..psf.field.base import PsfField
 from .base import Deconvolver
 from .noise import measure
@@ -70,7 +70,7 @@ def deconvolving_varying(
             yield Progress("deconvolving windows", number * len(windows) + done, total)
             rows, columns = window.outer
             own = None if lost is None else np.ascontiguousarray(lost[rows, columns])
-            restored = yield from _quietly(
+            restored = yield from reporting(
                 method.run(
                     np.ascontiguousarray(plane[rows, columns]),
                     psfs.at(*window.center),
@@ -157,19 +157,6 @@ def _spans(side: int, count: int, margin: int) -> Iterator[tuple[float, slice, s
         start, stop = int(inside[0]), int(inside[-1]) + 1
         wide = slice(max(start - margin, 0), min(stop + margin, side))
         yield float(middle), slice(start, stop), wide, weight[start:stop]
-
-
-def _quietly(job: Job[FloatArray], at: Progress) -> Job[FloatArray]:
-    """A job that reports where the whole is, in place of its own progress."""
-    try:
-        while True:
-            next(job)
-            yield at
-    except StopIteration as stop:
-        result: FloatArray = stop.value
-        return result
-    finally:
-        job.close()
 
 
 def _check(linear: FloatArray, psfs: PsfField, clipped: BoolArray | None) -> None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...._typing import BoolArray, FloatArray
-from ....progress import Job, Progress
+from ....progress import Job, Progress, reporting
 from ...base import PsfEstimate, PsfEstimator, cleared
 from ..blurred import Blurred
 from ..estimation import check_blind, estimating_blindly
@@ -96,7 +96,7 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
         error = float(np.hypot(misfit, scale * noise))
         psf = (yield from alternating(model, psf, error, STEPS, at)).psf
         at = replace(at, done=at.done + STEPS)
-    edges = yield from unreported(searching_edges(blurred, size), at)
+    edges = yield from reporting(searching_edges(blurred, size), at)
     model, candidates = model.assuming(SOFTNESS), []
     for start in (psf, roomy(edges, sizes[-1])):
         candidates.append((yield from alternating(model, start, error, FURTHER_STEPS, at)))
@@ -154,16 +154,3 @@ def comparing(
             sharp = model.posterior(candidate.psf, error, sharp)
         energies.append(model.energy(candidate.psf, error, sharp))
     return candidates[int(np.argmin(energies))].psf
-
-
-def unreported(job: Job[FloatArray], at: Progress) -> Job[FloatArray]:
-    """Long job that reports where the whole is, not where this part of it is."""
-    try:
-        while True:
-            next(job)
-            yield at
-    except StopIteration as stop:
-        result: FloatArray = stop.value
-        return result
-    finally:
-        job.close()
