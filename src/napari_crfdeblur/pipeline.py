@@ -341,7 +341,7 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
 def suited_deconvolver(psf: PsfEstimate) -> Deconvolver:
     """The default method, which allows for the errors of an estimated PSF."""
     given = psf.status is PsfStatus.GIVEN
-    return LocalShrinkage() if given else LocalShrinkage(model_error=BLIND_ERROR)
+    return LocalShrinkage()
 
 
 def with_alpha_of(photo: Image, colors: Image) -> Image:

@@ -18,6 +18,7 @@ from napari_crfdeblur.deconvolution import (
 )
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.progress import Progress
+from napari_crfdeblur.psf import as_psf
 
 NOISE = 0.005
 
@@ -122,7 +123,7 @@ def test_all_tiles_get_the_statistics_of_the_whole():
     spy = Spy()
     deconvolve(blurred, hook(), Tiled(spy, side=100))
     found = {statistics for _, _, statistics in spy.calls}
-    assert found == {measure(blurred)}
+    assert found == {measure(blurred, as_psf(hook()))}
     assert len(spy.calls) > 4
 
 

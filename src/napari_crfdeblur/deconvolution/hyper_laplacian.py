@@ -11,20 +11,19 @@ from ..boundary import frame
 from ..fourier import gradient_power, laplacian_power
 from ..progress import Job, Progress
 from . import loops
-from .base import Deconvolver
 from .differences import add_adjoint, difference, subtract_behind
-from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .noise import PlaneStatistics
 from .recorded import recording
+from .regularized import Regularized
 from .splitting import solving
 
-WEIGHT_OF_NOISE = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
 TABLE_SIZE = 1 << 13
 TABLE_SPAN = 32  # thresholds: above it shrinkage takes less than half a percent
 
 
 @dataclass(frozen=True, slots=True)
-class HyperLaplacian(Deconvolver):
+class HyperLaplacian(Regularized):
     """Minimize ``1/2 |k * x - y|^2 + w sum |D x|^alpha`` by half-quadratic splitting.
 
     Krishnan & Fergus (2009, Fast image deconvolution using hyper-Laplacian priors), Eq. 2:
@@ -37,10 +36,9 @@ class HyperLaplacian(Deconvolver):
     ----------
     weight : float, optional
         `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
-        the noise level of the plane.
-    model_error : float
-        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
+        the noise level and the errors of the plane.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast; by default measured.
     exponent : float
         `alpha`, between 0 and 1; 2/3 suits natural pictures.
     stages : int
@@ -49,14 +47,14 @@ class HyperLaplacian(Deconvolver):
         Alternations for every `beta`.
     """
 
-    weight: float | None = None
-    model_error: float = LEAST_NOISE
+    FACTOR = 4.0  # best on average over pictures, PSFs and noise of .002 to .03
+
     exponent: float = 2 / 3
     stages: int = 6
     steps: int = 1
 
     def __post_init__(self) -> None:
-        check_weight(self.weight, self.model_error)
+        Regularized.__post_init__(self)
         if not 0 < self.exponent < 1:
             raise ValueError(f"expected an exponent between 0 and 1, got {self.exponent}")
         if self.stages < 1 or self.steps < 1:
@@ -76,8 +74,7 @@ class HyperLaplacian(Deconvolver):
         total = 3 + 2 * self.stages * self.steps
         reports = (Progress("hyper-Laplacian", done, total) for done in range(total + 1))
         yield (at := next(reports))
-        found = statistics or measure(plane)
-        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        found, weight = self.judge(plane, psf, clipped, statistics)
         sharp, data = yield from recording(plane, psf, clipped, found.contrast, at)
         for _ in range(3):
             yield (at := next(reports))

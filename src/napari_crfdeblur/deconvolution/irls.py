@@ -11,12 +11,11 @@ from .._typing import BoolArray, FloatArray
 from ..boundary import extending, frame
 from ..fourier import forward, gradient_power, inverse, laplacian_power
 from ..progress import Job, Progress
-from .base import Deconvolver
 from .highlights import filling
-from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .noise import PlaneStatistics
 from .recorded import Blur, blurring
+from .regularized import Regularized
 
-WEIGHT_OF_NOISE = 2.5  # best on average over pictures, PSFs and noise of .003 to .03
 SECOND = 0.25  # share of the second derivatives in the prior
 SMALLEST = 0.01  # difference at which |d|^alpha is rounded off, for contrast 1
 SMOOTHING = 0.03  # of the first guess, from which any similar value leads to the same place
@@ -24,7 +23,7 @@ HALO = 2  # rows that the highest derivative reaches
 
 
 @dataclass(frozen=True, slots=True)
-class SparseIrls(Deconvolver):
+class SparseIrls(Regularized):
     """Minimize ``1/2 |k * x - y|^2 + w sum_j c_j |D_j x|^alpha`` by reweighting.
 
     The sparse prior of Levin, Fergus, Durand & Freeman (2007, Image and depth from a
@@ -41,10 +40,9 @@ class SparseIrls(Deconvolver):
     ----------
     weight : float, optional
         `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
-        the noise level of the plane.
-    model_error : float
-        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
+        the noise level and the errors of the plane.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast; by default measured.
     exponent : float
         `alpha`, between 0 and 2; 0.8 in the paper.
     iterations : int
@@ -53,14 +51,14 @@ class SparseIrls(Deconvolver):
         Steps of conjugate gradients in each.
     """
 
-    weight: float | None = None
-    model_error: float = LEAST_NOISE
+    FACTOR = 2.5  # best on average over pictures, PSFs and noise of .003 to .03
+
     exponent: float = 0.8
     iterations: int = 4
     steps: int = 4
 
     def __post_init__(self) -> None:
-        check_weight(self.weight, self.model_error)
+        Regularized.__post_init__(self)
         if not 0 < self.exponent < 2:
             raise ValueError(f"expected an exponent between 0 and 2, got {self.exponent}")
         if self.iterations < 1 or self.steps < 1:
@@ -81,8 +79,7 @@ class SparseIrls(Deconvolver):
         total = 2 + self.iterations * each
         reports = [Progress("sparse IRLS", done, total) for done in range(total + 1)]
         yield reports[0]
-        found = statistics or measure(plane)
-        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        found, weight = self.judge(plane, psf, clipped, statistics)
         filled = yield from filling(plane, psf, clipped, reports[0])
         extended = yield from extending(filled.plane, psf, reports[0])
         extended /= found.contrast

@@ -15,12 +15,11 @@ from ..boundary import frame
 from ..fourier import gradient_power
 from ..progress import Job, Progress
 from . import loops
-from .base import Deconvolver
-from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .noise import PlaneStatistics
 from .recorded import recording
+from .regularized import Regularized
 from .splitting import solving
 
-WEIGHT_OF_NOISE = 0.15  # best on average over pictures, PSFs and noise of .002 to .03
 # Thresholds of the first stage, which keeps only what is large, and of the last: squares of a
 # share of the contrast.
 FIRST, LAST = 0.15, 4e-4
@@ -32,7 +31,7 @@ BLOCK = 1 << 16  # elements at a time; of a large plane more, since every block 
 
 
 @dataclass(frozen=True, slots=True)
-class LocalShrinkage(Deconvolver):
+class LocalShrinkage(Regularized):
     """Half-quadratic splitting with shrinkage by the energy of the neighborhood.
 
     The picture is seen through the filters `D_j` of the 3 x 3 discrete cosine transform but for
@@ -57,20 +56,19 @@ class LocalShrinkage(Deconvolver):
     ----------
     weight : float, optional
         `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
-        the noise level of the plane.
-    model_error : float
-        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
+        the noise level and the errors of the plane.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast; by default measured.
     stages : int
         Values of `t`.
     """
 
-    weight: float | None = None
-    model_error: float = LEAST_NOISE
+    FACTOR = 0.15  # best on average over pictures, PSFs and noise of .002 to .03
+
     stages: int = 6
 
     def __post_init__(self) -> None:
-        check_weight(self.weight, self.model_error)
+        Regularized.__post_init__(self)
         if self.stages < 2:
             raise ValueError(f"expected at least 2 stages, got {self.stages}")
 
@@ -86,8 +84,7 @@ class LocalShrinkage(Deconvolver):
         total = 1 + 2 * self.stages
         reports = [Progress("local shrinkage", done, total) for done in range(total + 1)]
         yield reports[0]
-        found = statistics or measure(plane)
-        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        found, weight = self.judge(plane, psf, clipped, statistics)
         sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0])
         yield reports[1]
         filters = partial(_power, gradient_power(sharp.shape, sharp))

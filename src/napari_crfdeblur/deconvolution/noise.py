@@ -6,13 +6,16 @@ from math import prod
 import numpy as np
 
 from .. import arrays
-from .._typing import FloatArray
+from .._typing import BoolArray, FloatArray
+from .misfit import misfit
 from .noise_model import LightNoise, fit_noise
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
-# Of the contrast: what even a given PSF, the rounding and the compression of a photo leave
-# unexplained. On simulated and real photos of known truth, less rings.
-LEAST_NOISE = 5e-3
+LEAST_NOISE = 4e-3  # of the contrast: with less, all methods ring even where all is known
+# Errors that are not white are the larger, the lower the frequency; and low ones, at which the
+# picture is strong, decide how much regularization is best. So what is unexplained beyond white
+# noise counts so many times: best for photos of known truth, where 2 and 3 are hardly worse.
+COLORED = 2.5
 # Of the contrast: what single precision adds in the transforms. Less is never reckoned with, not
 # even in a picture without noise, since a weight of zero would divide by zero.
 ROUNDING = 1e-5
@@ -74,11 +77,15 @@ class PlaneStatistics:
         Full scale that a typical picture of the same spread would have, above 0.
     model : LightNoise, optional
         How the noise depends on the light; by default it does not.
+    misfit : float, optional
+        What the PSF leaves unexplained, as :func:`~.misfit.misfit` finds it, in its unit; by
+        default no more than noise.
     """
 
     noise: float
     contrast: float
     model: LightNoise | None = None
+    misfit: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.noise < np.inf:
@@ -86,13 +93,25 @@ class PlaneStatistics:
         if not 0 < self.contrast < np.inf:
             raise ValueError(f"expected a finite contrast above 0, got {self.contrast}")
 
-    def relative_noise(self, least: float = 0.0) -> float:
-        """Noise level as a fraction of the contrast, at least `least` and that of rounding."""
-        return max(self.noise / self.contrast, least, ROUNDING)
+    def relative_noise(self, model_error: float | None = None) -> float:
+        """Noise level that is reckoned with, as a fraction of the contrast.
+
+        Parameters
+        ----------
+        model_error : float, optional
+            Least value. By default it follows from the misfit, so that this stands for all errors.
+        """
+        if model_error is not None:
+            return max(self.noise / self.contrast, model_error, ROUNDING)
+        excess = max((self.misfit or 0.0) ** 2 - self.noise**2, 0.0)
+        level = float(np.sqrt(self.noise**2 + COLORED * excess))
+        return max(level / self.contrast, LEAST_NOISE)
 
 
-def measure(plane: FloatArray) -> PlaneStatistics:
-    """Measure the noise and the contrast of a plane.
+def measure(
+    plane: FloatArray, psf: FloatArray | None = None, clipped: BoolArray | None = None
+) -> PlaneStatistics:
+    """Measure the noise and the contrast of a plane, and what its PSF leaves unexplained.
 
     The noise level is that of :func:`~.noise_model.fit_noise`: where it grows with the light, the
     median of all pixels would be that of the dark ones.
@@ -101,14 +120,12 @@ def measure(plane: FloatArray) -> PlaneStatistics:
     ----------
     plane : ndarray, shape (M, N) or (Z, M, N)
         Any unit, finite. Of large planes only some rows are used.
+    psf : ndarray, shape (H, W) or (D, H, W), optional
+        Made by :func:`~napari_crfdeblur.psf.as_psf`, for the misfit, which planes have alone.
+    clipped : ndarray of bool, the shape of `plane`, optional
+        True where the camera saturated: the misfit is not measured there.
     """
     model = fit_noise(plane)
-    return PlaneStatistics(model.level, contrast(plane), model)
-
-
-def check_weight(weight: float | None, model_error: float) -> None:
-    """Raise ValueError unless the weight is positive or None, the error a share of 1."""
-    if weight is not None and not 0 < weight < np.inf:
-        raise ValueError(f"expected a weight above 0 or None, got {weight}")
-    if not 0 <= model_error < 1:
-        raise ValueError(f"expected a model error of 0 or more, below 1, got {model_error}")
+    lost = None if clipped is None else [clipped]
+    unexplained = None if psf is None else misfit([plane], psf, lost)
+    return PlaneStatistics(model.level, contrast(plane), model, unexplained)

@@ -145,7 +145,7 @@ class Tiled(Deconvolver):
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF, tile by tile."""
         grid = self.grid(tuple(plane.shape), psf.shape)
-        found = statistics or measure(plane)
+        found = statistics or measure(plane, psf, clipped)
         sharp: FloatArray = array_namespace(plane).empty_like(plane)
         for number, tile in enumerate(grid):
             own = None if clipped is None or not clipped[tile.outer].any() else clipped[tile.outer]

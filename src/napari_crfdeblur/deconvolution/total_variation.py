@@ -9,18 +9,17 @@ from .._typing import BoolArray, FloatArray
 from ..boundary import frame
 from ..fourier import gradient_power, laplacian_power
 from ..progress import Job, Progress
-from .base import Deconvolver
 from .differences import add_adjoint, difference, subtract_behind
-from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
+from .noise import PlaneStatistics
 from .recorded import recording
+from .regularized import Regularized
 from .splitting import solving
 
-WEIGHT_OF_NOISE = 7.0  # best on average over pictures, PSFs and noise of .002 to .03
 THRESHOLD = 0.1  # of the gradient, for contrast 1: sets how fast ADMM converges, not where to
 
 
 @dataclass(frozen=True, slots=True)
-class TotalVariation(Deconvolver):
+class TotalVariation(Regularized):
     """Minimize ``1/2 |k * x - y|^2 + w sum |D x|``, `D x` the gradient of a pixel.
 
     The isotropic total variation of Rudin, Osher & Fatemi (1992, Nonlinear total variation based
@@ -40,20 +39,19 @@ class TotalVariation(Deconvolver):
     ----------
     weight : float, optional
         `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
-        the noise level of the plane.
-    model_error : float
-        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
+        the noise level and the errors of the plane.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast; by default measured.
     iterations : int
         Number of alternations.
     """
 
-    weight: float | None = None
-    model_error: float = LEAST_NOISE
+    FACTOR = 7.0  # best on average over pictures, PSFs and noise of .002 to .03
+
     iterations: int = 20
 
     def __post_init__(self) -> None:
-        check_weight(self.weight, self.model_error)
+        Regularized.__post_init__(self)
         if self.iterations < 1:
             raise ValueError(f"expected at least 1 iteration, got {self.iterations}")
 
@@ -69,8 +67,7 @@ class TotalVariation(Deconvolver):
         total = 1 + 2 * self.iterations
         reports = [Progress("total variation", done, total) for done in range(total + 1)]
         yield reports[0]
-        found = statistics or measure(plane)
-        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
+        found, weight = self.judge(plane, psf, clipped, statistics)
         sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0])
         yield reports[1]
         filters = partial(laplacian_power, gradient_power(sharp.shape, sharp))

@@ -1,7 +1,7 @@
 """Blur that varies across the picture: overlapping windows, each with its own PSF."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil
 
@@ -12,7 +12,8 @@ from ..errors import CrfDeblurError
 from ..progress import Job, Progress, drain, reporting
 from ..psf.field.base import PsfField
 from .base import Deconvolver
-from .noise import measure
+from .misfit import misfit
+from .noise import PlaneStatistics, measure
 
 SMALLEST = 72  # pixels between windows; below, the overlap is most of the work
 CHANGE = 1.5  # pixels that the ends of the PSF move from one window to the next
@@ -64,8 +65,9 @@ def deconvolving_varying(
     total = len(windows) * len(channels)
     for number, channel in enumerate(channels):
         plane = np.ascontiguousarray(linear[:, :, *channel])
-        statistics = measure(plane)
         lost = None if clipped is None else clipped[:, :, *channel]
+        at = Progress("deconvolving windows", number * len(windows), total)
+        statistics = yield from _judging(plane, psfs, windows, lost, at)
         for done, window in enumerate(windows):
             yield Progress("deconvolving windows", number * len(windows) + done, total)
             rows, columns = window.outer
@@ -124,6 +126,23 @@ def deconvolve_varying(
         Pixels that are not finite.
     """
     return drain(deconvolving_varying(linear, psfs, method, clipped=clipped))
+
+
+def _judging(
+    plane: FloatArray,
+    psfs: PsfField,
+    windows: Sequence[_Window],
+    clipped: BoolArray | None,
+    at: Progress,
+) -> Job[PlaneStatistics]:
+    """Job: statistics of a whole plane, whose misfit is the median of those of its windows."""
+    misfits = []
+    for window in windows:
+        yield at
+        lost = None if clipped is None else [clipped[window.outer]]
+        misfits.append(misfit([plane[window.outer]], psfs.at(*window.center), lost))
+    known = [each for each in misfits if each is not None]
+    return replace(measure(plane), misfit=float(np.median(known)) if known else None)
 
 
 def _windows(psfs: PsfField) -> Iterator[_Window]:

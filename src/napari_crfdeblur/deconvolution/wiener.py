@@ -15,15 +15,13 @@ from ..fourier import (
     power,
 )
 from ..progress import Job, Progress
-from .base import Deconvolver
 from .highlights import filling
-from .noise import LEAST_NOISE, PlaneStatistics, check_weight, measure
-
-WEIGHT_OF_NOISE = 60.0  # best on average over pictures, PSFs and noise of .002 to .03
+from .noise import PlaneStatistics
+from .regularized import Regularized
 
 
 @dataclass(frozen=True, slots=True)
-class Wiener(Deconvolver):
+class Wiener(Regularized):
     """Linear deconvolution, ``X = conj(K) Y / (|K|^2 + w |D|^2)``.
 
     The filter of Wiener (1949) for white noise and the power spectrum of natural pictures,
@@ -34,17 +32,12 @@ class Wiener(Deconvolver):
     ----------
     weight : float, optional
         `w`, noise-to-signal ratio at one radian per pixel. By default it follows from the
-        noise level of the plane.
-    model_error : float
-        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
-        of the PSF and the response, rounding and compression. With an estimated PSF give .01.
+        noise level and the errors of the plane.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast; by default measured.
     """
 
-    weight: float | None = None
-    model_error: float = LEAST_NOISE
-
-    def __post_init__(self) -> None:
-        check_weight(self.weight, self.model_error)
+    FACTOR = 60.0  # best on average over pictures, PSFs and noise of .002 to .03
 
     def run(
         self,
@@ -57,11 +50,10 @@ class Wiener(Deconvolver):
         """Long job: deconvolve a plane or volume with a checked PSF."""
         reports = (Progress("Wiener filter", done, 4) for done in range(5))
         yield (start := next(reports))
-        found = statistics or measure(plane)
+        _, weight = self.judge(plane, psf, clipped, statistics)
         filled = yield from filling(plane, psf, clipped, start)
         extended = yield from extending(filled.plane, psf, start)
         yield next(reports)
-        weight = self.weight or WEIGHT_OF_NOISE * found.relative_noise(self.model_error) ** 2
         transfer = otf(psf, extended.shape, plane)
         yield next(reports)
         spectrum = forward(extended)

@@ -1,0 +1,171 @@
+"""What a PSF leaves unexplained in a picture, seen at the frequencies that it blocks."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft, ndimage, optimize, signal
+
+from .. import arrays
+from .._typing import BoolArray, FloatArray
+
+SIDE = 256  # pixels of a window, or more for large PSFs, so that their zeros stay apart:
+PSFS = 8  # of them in a window
+FEWEST = 64  # pixels of the shorter side that tell anything
+WINDOWS = 12  # at most, spread over the picture
+RAMP = 24  # pixels in which a window falls to zero around clipped pixels
+LEAST_AREA = 0.1  # of the windows that must be left
+# Cycles per pixel. Below, frequencies are few, and the pictures' own spectra vary too much.
+LOWEST, HIGHEST = 0.1, 0.5
+MIDDLE = 0.25  # the frequency at which the misfit is given
+FALL = 3  # power of the frequency by which errors fall that are not white
+RINGS, SECTORS = 8, 8  # in which the sharp picture has the same power
+ERRORS = 2  # parts of what is unexplained: white, and falling
+NOTHING = 1e-12  # share of the power that is none: rounding
+
+
+def misfit(
+    parts: Sequence[FloatArray], psf: FloatArray, clipped: Sequence[BoolArray] | None = None
+) -> float | None:
+    """Noise level that a blurred plane seems to have beyond what its PSF can explain.
+
+    A PSF with zeros blocks some frequencies: what is there all the same is noise, an error of the
+    PSF or the response, or of compression, in unknown mixture. So the mean power of the blurred
+    picture at the frequency `f` is taken for ::
+
+        a(f) (V * |K|^2)(f) + n + e (1/4 / |f|)^3
+
+    `K` is the spectrum of the PSF, `V` that of the (Hann) windows through which the picture is
+    seen (Welch 1967, The use of fast Fourier transform for the estimation of power spectra), `a`
+    the power of the sharp picture, a constant in each of 64 cells of frequency and orientation,
+    `n` that of white noise, and `e` that of errors, which are larger at the low frequencies at
+    which the picture is. All of these are fitted by maximum likelihood, for powers that are
+    distributed exponentially (Whittle 1953, Estimation and information in stationary time series).
+
+    Parameters
+    ----------
+    parts : sequence of ndarray, shape (M, N)
+        Parts of the plane, alike in shape, or all of it. Any unit, finite. Some windows are used.
+    psf : ndarray, shape (H, W)
+        Made by :func:`~napari_crfdeblur.psf.as_psf`.
+    clipped : sequence of ndarray of bool, optional
+        For each part, True where the camera saturated, which is no convolution any more: what
+        is near is left out, unless hardly anything remained.
+
+    Returns
+    -------
+    float, optional
+        ``sqrt(n + e)``, the standard deviation of white noise that is as strong at 1/4 cycle per
+        pixel; None for volumes and where the picture is too small to tell.
+    """
+    shape = tuple(_even(min(side, max(SIDE, PSFS * max(psf.shape)))) for side in parts[0].shape)
+    if len(shape) != 2 or min(shape) < max(FEWEST, 2 * max(psf.shape)):
+        return None
+    blurred, tapers = np.zeros((2, shape[0], shape[1] // 2 + 1))
+    area = most = 0.0
+    hann = np.outer(*(signal.windows.hann(side, sym=False) for side in shape))
+    for part, box in _places(parts, shape):
+        taper = hann if clipped is None else hann * _away_from(arrays.to_numpy(clipped[part][box]))
+        window = arrays.to_numpy(parts[part][box])
+        mean = np.vdot(window, taper) / max(taper.sum(), NOTHING)
+        blurred += _powers((window - mean) * taper)
+        tapers += _powers(taper)
+        area, most = area + np.square(taper).sum(), most + np.square(hann).sum()
+    if area < LEAST_AREA * most:
+        return misfit(parts, psf)
+    if not blurred.any():
+        return 0.0
+    lags = fft.irfft2(_powers(psf, shape), shape) * fft.irfft2(tapers, shape)
+    return _Spectrum.of(blurred / area, fft.rfft2(lags).real / area).unexplained()
+
+
+def _even(length: int) -> int:
+    return length // 2 * 2
+
+
+def _away_from(clipped: BoolArray) -> FloatArray:
+    """1 far from clipped pixels, 0 at them, and between so smooth that it adds nothing."""
+    distance = ndimage.distance_transform_edt(~clipped) if clipped.any() else np.full((1, 1), RAMP)
+    mask: FloatArray = 0.5 - 0.5 * np.cos(np.pi * np.minimum(distance / RAMP, 1))
+    return mask
+
+
+def _places(
+    parts: Sequence[FloatArray], shape: tuple[int, ...]
+) -> Iterator[tuple[int, tuple[slice, ...]]]:
+    """Numbers of parts and windows in them: some of all those, evenly."""
+    every = list(product(range(len(parts)), _boxes(parts[0].shape, shape)))
+    for number in np.unique(np.linspace(0, len(every) - 1, WINDOWS).round().astype(int)):
+        yield every[number]
+
+
+def _boxes(shape: tuple[int, ...], sides: tuple[int, ...]) -> Iterator[tuple[slice, ...]]:
+    """Windows that overlap by half or more, evenly over a plane."""
+    starts = [
+        np.linspace(0, length - side, 1 + int(np.ceil(2 * (length - side) / side))).astype(int)
+        for length, side in zip(shape, sides, strict=True)
+    ]
+    for top in starts[0].tolist():
+        for left in starts[1].tolist():
+            yield slice(top, top + sides[0]), slice(left, left + sides[1])
+
+
+def _powers(plane: FloatArray, shape: tuple[int, ...] | None = None) -> FloatArray:
+    """Half of the power spectrum."""
+    powers: FloatArray = np.square(np.abs(fft.rfft2(plane, shape)))
+    return powers
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spectrum:
+    """Powers at the frequencies that tell, and what they are made of.
+
+    Parameters
+    ----------
+    powers, passed, frequency : ndarray, shape (F,)
+        Of the blurred picture; the share that the PSF lets through; cycles per pixel.
+    cell : ndarray, shape (F,)
+        In which the sharp picture has the same power.
+    """
+
+    powers: FloatArray
+    passed: FloatArray
+    frequency: FloatArray
+    cell: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, powers: FloatArray, passed: FloatArray) -> "_Spectrum":
+        """Those of half a spectrum between the lowest and the highest frequency."""
+        rows, columns = powers.shape[0], 2 * (powers.shape[1] - 1)
+        across, along = fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None]
+        frequency = np.hypot(across, along)
+        ring = RINGS * np.log(np.maximum(frequency, LOWEST) / LOWEST) / np.log(HIGHEST / LOWEST)
+        sector = SECTORS * (np.arctan2(across, along) / np.pi + 0.5)
+        seen = (frequency >= LOWEST) & (frequency < HIGHEST)
+        place = ring[seen].astype(int), np.minimum(sector[seen].astype(int), SECTORS - 1)
+        cell: NDArray[np.intp] = np.unique(place[0] * SECTORS + place[1], return_inverse=True)[1]
+        return cls(powers[seen], np.maximum(passed[seen], NOTHING), frequency[seen], cell)
+
+    def unexplained(self) -> float:
+        """``sqrt(n + e)`` of the most likely `n`, `e` and `a`."""
+        floor = float(np.median(self.powers)) or float(self.powers.mean())
+        own = self._in_cells(self.powers) / self._in_cells(self.passed)
+        start = np.log(np.maximum([floor, floor, *own], NOTHING * floor))
+        found = optimize.minimize(self.unlikelihood, start, jac=True, method="L-BFGS-B")
+        return float(np.sqrt(np.exp(found.x[:ERRORS]).sum()))
+
+    def unlikelihood(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
+        """Minus the mean logarithm of the likelihood of ``log (n, e, a)``, and its gradient."""
+        values = np.exp(logarithms)
+        errors = np.stack([np.ones_like(self.frequency), (MIDDLE / self.frequency) ** FALL])
+        expected = values[ERRORS:][self.cell] * self.passed + values[:ERRORS] @ errors
+        ratio = self.powers / expected
+        pull = (1 - ratio) / (expected * len(expected))
+        slopes = np.concatenate([errors @ pull, self._in_cells(self.passed * pull)])
+        return float((ratio + np.log(expected)).mean()), values * slopes
+
+    def _in_cells(self, values: FloatArray) -> FloatArray:
+        """Sums over the cells."""
+        return np.asarray(np.bincount(self.cell, values))

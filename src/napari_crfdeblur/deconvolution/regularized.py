@@ -1,0 +1,51 @@
+"""What the methods with a prior have in common: how strong it is."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from .._typing import BoolArray, FloatArray
+from .base import Deconvolver
+from .noise import PlaneStatistics, measure
+
+
+@dataclass(frozen=True, slots=True)
+class Regularized(Deconvolver):
+    """A method whose result depends on the weight of a prior.
+
+    Parameters
+    ----------
+    weight : float, optional
+        `w`, for a plane of contrast 1 (four standard deviations). By default it follows from
+        the noise level and the errors of the plane, as a factor times their square.
+    model_error : float, optional
+        Least noise that is reckoned with, as a share of the contrast: it stands for the errors
+        of the PSF and the response, rounding and compression. By default these are measured
+        (:func:`~.misfit.misfit`).
+    """
+
+    FACTOR: ClassVar[float]
+
+    weight: float | None = None
+    model_error: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.weight is not None and not 0 < self.weight < np.inf:
+            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
+        if self.model_error is not None and not 0 <= self.model_error < 1:
+            raise ValueError(
+                f"expected a model error of 0 or more, below 1, or None, got {self.model_error}"
+            )
+
+    def judge(
+        self,
+        plane: FloatArray,
+        psf: FloatArray,
+        clipped: BoolArray | None,
+        statistics: PlaneStatistics | None,
+    ) -> tuple[PlaneStatistics, float]:
+        """Statistics of a plane, measured unless they are given, and the weight for it."""
+        found = statistics or measure(plane, psf, clipped)
+        weight = self.weight or self.FACTOR * found.relative_noise(self.model_error) ** 2
+        return found, weight
