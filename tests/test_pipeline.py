@@ -249,7 +249,8 @@ def turned():
 
 
 def test_a_psf_for_every_part_restores_a_turned_photo_better(turned):
-    known = DeblurOptions(response=GivenResponse(SRGB()), psf=XuJia(size=19))
+    response, psf, method = GivenResponse(SRGB()), XuJia(size=19), HyperLaplacian()
+    known = DeblurOptions(response=response, psf=psf, method=method)
     one = deblur(turned.photo, known)
     parts = deblur(turned.photo, replace(known, regions=4))
     assert one.field is None

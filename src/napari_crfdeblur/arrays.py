@@ -108,7 +108,10 @@ def forward(array: Any) -> Any:
 def inverse(spectrum: Any, shape: tuple[int, ...]) -> Any:
     """Real array of the given shape with this half spectrum, which can be overwritten."""
     if is_numpy(spectrum):
-        return fft.irfftn(spectrum, s=shape, overwrite_x=True)
+        # in place but for the last axis: irfftn would copy the spectrum, which at 12 megapixels
+        # takes two fifths of its time
+        spectrum = fft.ifftn(spectrum, axes=tuple(range(len(shape) - 1)), overwrite_x=True)
+        return fft.irfft(spectrum, n=shape[-1], overwrite_x=True)
     axes = tuple(range(len(shape)))
     return namespace(spectrum).fft.irfftn(spectrum, s=tuple(shape), axes=axes)
 

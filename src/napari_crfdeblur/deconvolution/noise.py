@@ -7,15 +7,15 @@ import numpy as np
 
 from .. import arrays
 from .._typing import BoolArray, FloatArray
-from .misfit import misfit
+from ..psf.misfit import misfit
 from .noise_model import LightNoise, fit_noise
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
 LEAST_NOISE = 4e-3  # of the contrast: with less, all methods ring even where all is known
 # Errors that are not white are the larger, the lower the frequency; and low ones, at which the
 # picture is strong, decide how much regularization is best. So what is unexplained beyond white
-# noise counts so many times: best for photos of known truth, where 2 and 3 are hardly worse.
-COLORED = 2.5
+# noise counts so many times: best for photos of known truth, where 2.5 and 3.5 are hardly worse.
+COLORED = 3.0
 # Of the contrast: what single precision adds in the transforms. Less is never reckoned with, not
 # even in a picture without noise, since a weight of zero would divide by zero.
 ROUNDING = 1e-5
@@ -78,8 +78,8 @@ class PlaneStatistics:
     model : LightNoise, optional
         How the noise depends on the light; by default it does not.
     misfit : float, optional
-        What the PSF leaves unexplained, as :func:`~.misfit.misfit` finds it, in its unit; by
-        default no more than noise.
+        What the PSF leaves unexplained (:func:`~napari_crfdeblur.psf.misfit.misfit`), in its unit;
+        by default no more than noise.
     """
 
     noise: float

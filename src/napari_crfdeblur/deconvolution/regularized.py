@@ -22,7 +22,7 @@ class Regularized(Deconvolver):
     model_error : float, optional
         Least noise that is reckoned with, as a share of the contrast: it stands for the errors
         of the PSF and the response, rounding and compression. By default these are measured
-        (:func:`~.misfit.misfit`).
+        (:func:`~napari_crfdeblur.psf.misfit.misfit`).
     """
 
     FACTOR: ClassVar[float]

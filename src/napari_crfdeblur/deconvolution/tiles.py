@@ -16,9 +16,10 @@ from .noise import PlaneStatistics, measure
 
 # Overlap in sides of the PSF from which tiles differ from the whole by much less than its noise.
 REACH = 2.0
-# Sides of the transform per pixel that a tile loses at its ends; the best choice where the time
-# for a pixel grows as `side ** 0.36`, as it does once a transform outgrows the caches.
-WORTH = 6.5
+# Sides of the transform per pixel that a tile loses at its ends: `1 + 2 / e` is best where the time
+# for a pixel grows as `side ** e`. Once a transform outgrows the caches `e` is .3; that the border
+# of each tile has to be continued, which costs more the smaller it is, leaves .18.
+WORTH = 12.0
 SMALLEST = 432  # side of the transform below which overheads count
 LARGEST = 1 << 22  # pixels of a transform: what several threads can hold at once
 

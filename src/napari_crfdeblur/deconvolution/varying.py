@@ -11,8 +11,8 @@ from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress, drain, reporting
 from ..psf.field.base import PsfField
+from ..psf.misfit import misfit
 from .base import Deconvolver
-from .misfit import misfit
 from .noise import PlaneStatistics, measure
 
 SMALLEST = 72  # pixels between windows; below, the overlap is most of the work

@@ -1,6 +1,7 @@
 """Normal equations against a dense system built by brute force, and the way down to the minimum."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from napari_crfdeblur.estimate.likelihood.model import GroupState, State, initia
 from napari_crfdeblur.estimate.likelihood.problem import (
     MONOTONE_WEIGHT,
     RIDGE,
+    SHARES,
     Expected,
     Problem,
     Shift,
@@ -223,6 +225,36 @@ def test_a_share_of_a_step_is_that_share_of_every_unknown(system):
     np.testing.assert_allclose(part, 0.3 * whole, atol=1e-12 * np.abs(whole).max())
 
 
+def test_a_group_takes_the_share_of_its_step_that_suits_it_best(system):
+    problem, state, _, normal = system
+    change = normal.change(0.1, 1.0)
+    found, value = problem.lowest(normal, state, change)
+    np.testing.assert_array_equal(found.coefficients, state.coefficients + change)
+    # Several states at once are summed in another order than one.
+    assert value == pytest.approx(problem.value(found), rel=1e-12)
+    parts = list(zip(normal.groups, state.groups, strict=True))
+    for shares in product(SHARES, repeat=len(parts)):
+        moved = tuple(
+            part.moved(own, change, s) for (part, own), s in zip(parts, shares, strict=True)
+        )
+        assert value <= problem.value(State(found.coefficients, moved)) * (1 + 1e-12)
+
+
+def test_states_side_by_side_are_those_one_by_one(system):
+    problem, state, _, normal = system
+    change, shares = normal.change(0.1, 0.7), np.array([0.9, 0.2])
+    for group, own, part in zip(problem.groups, state.groups, normal.groups, strict=True):
+        both = part.moved(own, change, shares)
+        light = predict(group, both).light
+        for number, share in enumerate(shares):
+            one = part.moved(own, change, share)
+            for name in ("shape", "light", "shift"):
+                np.testing.assert_allclose(
+                    getattr(both.at(number), name), getattr(one, name), atol=1e-12
+                )
+            np.testing.assert_allclose(light[number], predict(group, one).light, atol=1e-12)
+
+
 def test_damping_shortens_the_step_of_the_coefficients(system):
     _, state, _, normal = system
     lengths = [
@@ -281,7 +313,8 @@ def test_descending_never_raises_the_value(groups, start):
     for _ in range(12):
         end = descend(problem, state, 1)
         assert end.value <= value
-        assert end.value == problem.value(end.state)
+        # Several states at once are summed in another order than one.
+        assert end.value == pytest.approx(problem.value(end.state), rel=1e-12)
         state, value = end.state, end.value
 
 

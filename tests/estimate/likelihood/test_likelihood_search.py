@@ -123,6 +123,18 @@ def test_bad_edges_do_not_lead_astray(spoilt):
     np.testing.assert_allclose(found, CURVE.to_intensity(light), atol=0.02)
 
 
+def test_many_bad_edges_do_not_lead_the_starts_astray():
+    groups = []
+    for group in drawn(4, profiles=20, falling=0.3):
+        intensity = np.array(group.intensity)
+        intensity[::3, 13:] = 1 - intensity[::3, 13:]
+        groups.append(replace(group, intensity=intensity))
+    found = drain(searching(PRIOR, edge_groups(groups), NoiseModel(), SHIFT))
+    light = np.linspace(0.05, 0.95, 91)
+    recorded = found.problem.family(found.state).record(light)
+    np.testing.assert_allclose(recorded, CURVE.to_intensity(light), atol=0.02)
+
+
 def test_a_typical_misfit_is_one(many):
     found = drain(searching(PRIOR, edge_groups(many), FAINT, SHIFT))
     # Each edge has 3 unknowns of its own for 23 samples, and shares a shape.

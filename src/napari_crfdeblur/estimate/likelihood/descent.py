@@ -35,22 +35,29 @@ class Descent:
 
 
 def descend(
-    problem: Problem, state: State, steps: int = MOST_STEPS, least_gain: float = LEAST_GAIN
+    problem: Problem,
+    state: State,
+    steps: int = MOST_STEPS,
+    least_gain: float = LEAST_GAIN,
+    rough: float = 0.0,
 ) -> Descent:
-    """Follow the objective down from a state until a step gains less than asked for."""
+    """Follow the objective down from a state until a step gains less than asked for.
+
+    Asked for is `least_gain`, and a share `rough` of the objective.
+    """
     value, damping = problem.value(state), FIRST_DAMPING
     for _ in range(steps):
         normal = problem.normal(state)
         for trial in range(MOST_TRIALS):
             tried = damping * 10**trial
-            proposed = normal.step(state, tried, 0.5**trial)
-            reached = problem.value(proposed)
+            change = normal.change(tried, 0.5**trial)
+            proposed, reached = problem.lowest(normal, state, change)
             if reached < value:
                 break
         else:
             return Descent(state, value, normal, settled=True)
         damping = max(tried / 10, LEAST_DAMPING)
         state, gain, value = proposed, value - reached, reached
-        if gain < least_gain:
+        if gain < max(least_gain, rough * value):
             return Descent(state, value, normal, settled=True)
     return Descent(state, value, normal, settled=False)

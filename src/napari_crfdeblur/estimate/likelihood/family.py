@@ -1,7 +1,7 @@
 """A family of responses at work: what light it records, and how that follows its coefficients."""
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class Exposure:
     sensitivity: FloatArray
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Family:
     """The response of a prior at given coefficients, for any light.
 
@@ -51,28 +51,33 @@ class Family:
     prior: ResponsePrior
     coefficients: FloatArray
 
-    @property
+    @cached_property
     def samples(self) -> FloatArray:
         """``f`` at the nodes of the prior."""
         return np.asarray(self.prior.mean + self.coefficients @ self.prior.directions)
 
+    @cached_property
+    def _rises(self) -> FloatArray:
+        """Steps of ``f`` from node to node."""
+        return np.diff(self.samples)
+
     def record(self, light: FloatArray) -> FloatArray:
         """``f(E)`` alone."""
-        samples = self.samples
         piece, share = _located(light)
-        return np.asarray(np.sign(light) * (samples[piece] + share * np.diff(samples)[piece]))
+        share *= self._rises[piece]
+        share += self.samples[piece]
+        share *= np.sign(light)
+        return share
 
     def expose(self, light: FloatArray) -> Exposure:
         """``f(E)`` and its derivatives."""
-        samples = self.samples
-        rises = np.diff(samples)
         piece, share = _located(light)
         sign = np.sign(light)
         columns, steps = _columns(self.prior)
         sensitivity = columns[piece] + share[..., np.newaxis] * steps[piece]
         return Exposure(
-            intensity=sign * (samples[piece] + share * rises[piece]),
-            gain=(rises / STEPS)[piece],
+            intensity=sign * (self.samples[piece] + share * self._rises[piece]),
+            gain=(self._rises / STEPS)[piece],
             sensitivity=sign[..., np.newaxis] * sensitivity,
         )
 

@@ -29,11 +29,17 @@ class GroupState:
         Offset `l` and range `w` of each profile, in linear light.
     shift : ndarray, shape (E, C)
         How far each profile lies beside its place, pixels.
+
+    Several states that are compared lie side by side: all arrays have one axis more, the first.
     """
 
     shape: FloatArray
     light: FloatArray
     shift: FloatArray
+
+    def at(self, number: int) -> "GroupState":
+        """One of several states side by side."""
+        return GroupState(self.shape[number], self.light[number], self.shift[number])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,12 +70,26 @@ class Prediction:
 
 
 def predict(group: EdgeGroup, state: GroupState) -> Prediction:
-    """Light of all profiles of a group."""
-    slope = np.concatenate([np.gradient(state.shape, group.step), [0.0, 0.0]])
-    shape = np.concatenate([state.shape, [0.0, 1.0]])
-    spread = shape + state.shift[..., np.newaxis] * slope
-    light = state.light[..., :1] + state.light[..., 1:] * spread
-    return Prediction(light, spread, slope)
+    """Light of all profiles of a group, for one state or several side by side."""
+    count = state.shape.shape[-1]
+    slope, shape = np.zeros((2, *state.shape.shape[:-1], 1, 1, count + 2))
+    slope[..., 0, 0, :count] = _slope(state.shape, group.step)
+    shape[..., 0, 0, :count], shape[..., -1] = state.shape, 1.0
+    spread = state.shift[..., np.newaxis] * slope
+    spread += shape
+    light = state.light[..., 1:] * spread
+    light += state.light[..., :1]
+    return Prediction(light, spread, slope[..., 0, 0, :])
+
+
+def _slope(shape: FloatArray, step: float) -> FloatArray:
+    """Slope of a shape along the last axis: of second order, but for its ends."""
+    slope = np.empty_like(shape)
+    slope[..., 1:-1] = shape[..., 2:] - shape[..., :-2]
+    slope[..., 0] = 2 * (shape[..., 1] - shape[..., 0])
+    slope[..., -1] = 2 * (shape[..., -1] - shape[..., -2])
+    slope /= 2 * step
+    return slope
 
 
 def initial(groups: Sequence[EdgeGroup], family: Family) -> State:

@@ -25,6 +25,8 @@ MONOTONE_WEIGHT = 1.0  # a curve that is level where it should rise costs half a
 # Added to the diagonals of what is eliminated, far below what any profile says: a shape that no
 # profile shows stays where it is.
 RIDGE = 1e-3
+# Of the step of what was eliminated: it is of first order, and can lead far astray.
+SHARES = np.array([1.0, 0.25, 0.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,22 +103,49 @@ class Problem:
     def misfits(self, state: State) -> list[FloatArray]:
         """Weighted sum of squared residuals of each edge, shape (E,), for each group."""
         family = self.family(state)
-        found = []
-        for group, weight, own in zip(self.groups, self.weights, state.groups, strict=True):
-            residual = group.intensity - family.record(predict(group, own).light)
-            found.append(np.einsum("ecm,ecm,ecm->e", weight, residual, residual))
-        return found
+        parts = zip(self.groups, self.weights, state.groups, strict=True)
+        return [_misfit(family, *part) for part in parts]
 
     def value(self, state: State) -> float:
         """What is minimized."""
-        total = float(state.coefficients @ state.coefficients)
-        total += sum(float(misfit.sum()) for misfit in self.misfits(state))
-        for own, known in zip(state.groups, self.expected, strict=True):
-            precision = self.shift.precision(own.shift.shape[1])
-            total += float(np.einsum("ec,cd,ed->", own.shift, precision, own.shift))
-            if known is not None:
-                total += known.precision * float(np.sum((own.shape - known.shape) ** 2))
-        return total / 2 + self.family(state).penalty(MONOTONE_WEIGHT)[0]
+        family = self.family(state)
+        parts = zip(self.groups, self.weights, self.expected, state.groups, strict=True)
+        return _improbable(family) + sum(float(self._costs(family, *part)) for part in parts)
+
+    def lowest(self, normal: "Normal", state: State, change: FloatArray) -> tuple[State, float]:
+        """The state after a change of the coefficients, and its value.
+
+        Of its own step, each group takes as much as suits it best: groups depend on each other
+        by the coefficients only, and the few that their step would lead astray shall not hold
+        up all others.
+        """
+        family = Family(self.prior, state.coefficients + change)
+        total, found = _improbable(family), []
+        for group, weight, known, own, part in zip(
+            self.groups, self.weights, self.expected, state.groups, normal.groups, strict=True
+        ):
+            moved = part.moved(own, change, SHARES)
+            costs = self._costs(family, group, weight, known, moved)
+            best = int(np.argmin(costs))
+            total += float(costs[best])
+            found.append(moved.at(best))
+        return State(family.coefficients, tuple(found)), total
+
+    def _costs(
+        self,
+        family: Family,
+        group: EdgeGroup,
+        weight: FloatArray,
+        known: Expected | None,
+        own: GroupState,
+    ) -> FloatArray:
+        """What one group adds to the value; shape (...) for several states side by side."""
+        bound = own.shift @ self.shift.precision(own.shift.shape[-1])
+        total = np.einsum("...ec,...ec->...", bound, own.shift)
+        total = total + _misfit(family, group, weight, own).sum(axis=-1)
+        if known is not None:
+            total = total + known.precision * np.sum((own.shape - known.shape) ** 2, axis=-1)
+        return np.asarray(total / 2)
 
     def normal(self, state: State) -> "Normal":
         """Normal equations about a state, reduced to the coefficients."""
@@ -145,40 +174,43 @@ class Problem:
         exposure = family.expose(found.light)
         root = np.sqrt(weight)
         edges, channels, samples = weight.shape
-        size, count = self.prior.size, own.shape.size
+        size, count, own_size = self.prior.size, own.shape.size, 3 * channels
         residual = (exposure.intensity - group.intensity) * root
-        gain = exposure.gain * root
         by_response = exposure.sensitivity * root[..., np.newaxis]
+        # A profile's own unknowns, l, w and shift, in turn.
+        by_own = np.empty((edges, channels, 3, samples))
+        gain = np.multiply(exposure.gain, root, out=by_own[:, :, 0])
         by_spread = gain * own.light[..., 1:]
-        # An edge's own unknowns: l, w and shift of each channel.
-        own_size = 3 * channels
-        by_own = np.zeros((edges, channels, samples, own_size))
-        for c in range(channels):
-            by_own[:, c, :, 3 * c] = gain[:, c]
-            by_own[:, c, :, 3 * c + 1] = gain[:, c] * found.spread[:, c]
-            by_own[:, c, :, 3 * c + 2] = by_spread[:, c] * found.slope
-        flat = by_own.reshape(edges, -1, own_size).transpose(0, 2, 1)
+        np.multiply(gain, found.spread, out=by_own[:, :, 1])
+        np.multiply(by_spread, found.slope, out=by_own[:, :, 2])
         # Only sample m of a profile follows the shape at m.
         spread_part = by_spread[..., :count]
-        cross = np.einsum("ecml,ecm->elm", by_own[:, :, :count], spread_part)
         precision = self.shift.precision(channels)
-        square = flat @ flat.transpose(0, 2, 1)
+        blocks = np.zeros((edges, channels, 3, channels, 3))
+        each = np.arange(channels)
+        blocks[:, each, :, each] = (by_own @ by_own.swapaxes(2, 3)).swapaxes(0, 1)
+        blocks[:, :, 2, :, 2] += precision
+        square = blocks.reshape(edges, own_size, own_size)
         square[:, range(own_size), range(own_size)] += RIDGE
-        square[:, 2::3, 2::3] += precision
-        slope = (flat @ residual.reshape(edges, -1, 1))[..., 0]
-        slope[:, 2::3] += own.shift @ precision
-        others = np.concatenate(
-            [flat @ by_response.reshape(edges, -1, size), cross, slope[..., np.newaxis]], axis=2
-        )
+        sides = np.empty((edges, channels, 3, size + count + 1))
+        np.matmul(by_own, by_response, out=sides[..., :size])
+        np.multiply(by_own[..., :count], spread_part[:, :, np.newaxis], out=sides[..., size:-1])
+        sides[..., -1] = (by_own @ residual[..., np.newaxis])[..., 0]
+        sides[:, :, 2, -1] += own.shift @ precision
+        others = sides.reshape(edges, own_size, -1)
         solved = np.linalg.inv(square) @ others
         # What every edge says of the response and of the shape, its own unknowns gone.
-        scores = np.concatenate(
-            [
-                np.einsum("ecmn,ecm->en", by_response, residual),
-                np.einsum("ecm,ecm->em", spread_part, residual[..., :count]),
-            ],
-            axis=1,
-        ) - np.einsum("elp,el->ep", others[..., :-1], solved[..., -1])
+        of_edge = by_response.reshape(edges, -1, size)
+        scores = (
+            np.concatenate(
+                [
+                    (residual.reshape(edges, 1, -1) @ of_edge)[:, 0],
+                    np.einsum("ecm,ecm->em", spread_part, residual[..., :count]),
+                ],
+                axis=1,
+            )
+            - (solved[:, np.newaxis, :, -1] @ others[..., :-1])[:, 0]
+        )
         width = size + count
         full = -others[..., :-1].reshape(-1, width).T @ solved[..., :-1].reshape(-1, width)
         rows = by_response.reshape(-1, size)
@@ -228,13 +260,16 @@ class GroupNormal:
     shape: FloatArray
     own: FloatArray
 
-    def moved(self, state: GroupState, change: FloatArray, share: float) -> GroupState:
-        """The state after `share` of the step that goes with a change of the coefficients."""
-        shape = -(self.shape[:, -1] + self.shape[:, :-1] @ change)
-        all_changes = np.concatenate([change, shape])
-        own = -share * (self.own[..., -1] + self.own[..., :-1] @ all_changes)
-        shape = share * shape
-        own = own.reshape(*state.shift.shape, 3)
+    def moved(self, state: GroupState, change: FloatArray, share: float | FloatArray) -> GroupState:
+        """The state after a change of the coefficients and `share` of the group's own step.
+
+        With several shares, shape (K,), their states side by side.
+        """
+        size = change.size
+        shape = -np.multiply.outer(share, self.shape[:, -1]) - self.shape[:, :-1] @ change
+        own = -np.multiply.outer(share, self.own[..., -1]) - self.own[..., :size] @ change
+        own -= _along(self.own[..., size:-1], shape)
+        own = own.reshape(*np.shape(share), *state.shift.shape, 3)
         return GroupState(
             state.shape + shape, state.light + own[..., :2], state.shift + own[..., 2]
         )
@@ -255,18 +290,43 @@ class Normal:
     gradient: FloatArray
     groups: tuple[GroupNormal, ...]
 
+    def change(self, damping: float, share: float) -> FloatArray:
+        """A share of a damped Gauss-Newton step of the coefficients."""
+        damped = self.hessian + damping * np.diag(np.diag(self.hessian))
+        return np.asarray(-share * np.linalg.solve(damped, self.gradient))
+
     def step(self, state: State, damping: float, share: float) -> State:
         """The state after a share of a damped Gauss-Newton step (Levenberg and Marquardt).
 
         Damped are the coefficients; the share shortens the step of all that was eliminated, too.
         """
-        damped = self.hessian + damping * np.diag(np.diag(self.hessian))
-        change = -np.linalg.solve(damped, self.gradient)
+        change = self.change(damping, share)
         parts = zip(self.groups, state.groups, strict=True)
         moved = tuple(part.moved(own, change, share) for part, own in parts)
-        return State(state.coefficients + share * change, moved)
+        return State(state.coefficients + change, moved)
 
     @property
     def scores(self) -> FloatArray:
         """Share of every edge of all groups in the gradient, shape (sum of E, n)."""
         return np.concatenate([part.scores for part in self.groups])
+
+
+def _misfit(family: Family, group: EdgeGroup, weight: FloatArray, own: GroupState) -> FloatArray:
+    """Weighted sum of squared residuals of each edge, shape (..., E)."""
+    residual = family.record(predict(group, own).light)
+    residual -= group.intensity
+    residual *= residual
+    residual *= weight
+    return np.asarray(residual.reshape(*residual.shape[:-2], -1).sum(axis=-1))
+
+
+def _along(matrices: FloatArray, vectors: FloatArray) -> FloatArray:
+    """Products of matrices (E, L, M) with vectors (M,) or (K, M), shape (E, L) or (K, E, L)."""
+    products = matrices @ vectors.T
+    return np.asarray(np.moveaxis(products, -1, 0) if vectors.ndim > 1 else products)
+
+
+def _improbable(family: Family) -> float:
+    """What the coefficients alone add to the value."""
+    own = float(family.coefficients @ family.coefficients) / 2
+    return own + family.penalty(MONOTONE_WEIGHT)[0]

@@ -20,11 +20,14 @@ from .problem import Normal, Problem, Shift
 
 # Starts: the mean of the prior, and both ways along its two main directions.
 CORNERS = ((0.0, 0.0), *product((-1.5, 1.5), (-1.0, 1.0)))
-FIRST_STEPS = 5  # of each start, before the best are followed
+FIRST_STEPS = 2, 3  # rounds of reweighting, and steps in each, before the best are followed
+MORE_STEPS = 3, 8
 FOLLOWED = 2
 COMPARED = 96  # edges by which starts are compared
 MOST_OF_GROUP = 32  # of these from one group
 ROUNDS = 3  # of reweighting
+# Gain of a step, as a share of what is minimized, below which weights are worth more than steps.
+ROUGH = 3e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +70,7 @@ def searching(
     if psf is not None:
         first = initial(groups, Family(prior, np.zeros(prior.size)))
         problem = replace(problem, expected=expected_shapes(psf, groups, first))
-    best = yield from _starting(problem)
+    best = yield from _starting(problem, noise)
     evidence = 1.0
     trust: list[FloatArray] = []
     for number in range(ROUNDS):
@@ -77,7 +80,7 @@ def searching(
         if psf is not None:
             problem = replace(problem, expected=expected_shapes(psf, groups, best.state))
         problem = weighted(problem, noise, trust, evidence)
-        best = descend(problem, best.state)
+        best = descend(problem, best.state, rough=ROUGH)
         evidence = evidence / overconfidence(best.normal)
         evidence = float(np.clip(evidence, LEAST_EVIDENCE, 1.0))
     evidence = max(evidence / shared_misfit(problem, best.state), LEAST_EVIDENCE)
@@ -104,8 +107,8 @@ def weighted(
     )
 
 
-def _starting(problem: Problem) -> Job[Descent]:
-    """Long job: the lowest end of several starts, compared by some of the edges."""
+def _starting(problem: Problem, noise: NoiseModel) -> Job[Descent]:
+    """Long job: the best end of several starts, compared by some of the edges."""
     rough = []
     some = _some(problem)
     for number, corner in enumerate(CORNERS):
@@ -113,12 +116,39 @@ def _starting(problem: Problem) -> Job[Descent]:
         coefficients = np.zeros(problem.prior.size)
         coefficients[: len(corner)] = corner[: problem.prior.size]
         start = initial(some.groups, Family(problem.prior, coefficients))
-        rough.append(descend(some, start, FIRST_STEPS))
-    rough.sort(key=lambda end: end.value)
-    ends = [descend(some, end.state) for end in rough[:FOLLOWED]]
-    best = min(ends, key=lambda end: end.value)
-    family = Family(problem.prior, best.state.coefficients)
-    return descend(problem, initial(problem.groups, family))
+        rough.append(_tempering(some, noise, start, *FIRST_STEPS))
+    rough.sort(key=lambda end: end[0])
+    ends = [_tempering(some, noise, state, *MORE_STEPS) for _, state in rough[:FOLLOWED]]
+    _, best = min(ends, key=lambda end: end[0])
+    start = initial(problem.groups, Family(problem.prior, best.coefficients))
+    return descend(_tempered(problem, noise, start)[0], start, rough=ROUGH)
+
+
+def _tempering(
+    problem: Problem, noise: NoiseModel, state: State, rounds: int, steps: int
+) -> tuple[float, State]:
+    """Where a few steps lead, with weights that follow the misfits; and how unlikely that is."""
+    for _ in range(rounds):
+        own, _ = _tempered(problem, noise, state)
+        state = descend(own, state, steps, rough=ROUGH).state
+    return _tempered(problem, noise, state)[1], state
+
+
+def _tempered(problem: Problem, noise: NoiseModel, state: State) -> tuple[Problem, float]:
+    """The problem as if noise were what the typical edge misses; and how unlikely the state is.
+
+    Far from the minimum all edges fit badly: against their noise, those that happen to fit a
+    wrong response would count alone. Bad edges, on the other hand, would lead all others
+    astray if they counted in full.
+    """
+    plain = replace(problem, weights=noise.weights(problem.groups)).misfits(state)
+    scale = max(typical_misfit(problem.groups, plain) ** 2, 1.0)
+    trust, unlikely = [], float(state.coefficients @ state.coefficients)
+    for group, misfit in zip(problem.groups, plain, strict=True):
+        trust.append(own := noise.trust(group, misfit / scale))
+        # Student's distribution, up to a constant.
+        unlikely += float(group.samples @ (np.log(scale) - (noise.freedom + 1) * np.log(own)))
+    return weighted(problem, noise, trust, 1 / scale), unlikely / 2
 
 
 def _some(problem: Problem) -> Problem:

@@ -22,6 +22,7 @@ LOWEST, HIGHEST = 0.1, 0.5
 MIDDLE = 0.25  # the frequency at which the misfit is given
 FALL = 3  # power of the frequency by which errors fall that are not white
 RINGS, SECTORS = 8, 8  # in which the sharp picture has the same power
+TOGETHER = 16  # frequencies that are fitted as one
 ERRORS = 2  # parts of what is unexplained: white, and falling
 NOTHING = 1e-12  # share of the power that is none: rounding
 
@@ -63,31 +64,61 @@ def misfit(
     shape = tuple(_even(min(side, max(SIDE, PSFS * max(psf.shape)))) for side in parts[0].shape)
     if len(shape) != 2 or min(shape) < max(FEWEST, 2 * max(psf.shape)):
         return None
-    blurred, tapers = np.zeros((2, shape[0], shape[1] // 2 + 1))
-    area = most = 0.0
-    hann = np.outer(*(signal.windows.hann(side, sym=False) for side in shape))
-    for part, box in _places(parts, shape):
-        taper = hann if clipped is None else hann * _away_from(arrays.to_numpy(clipped[part][box]))
-        window = arrays.to_numpy(parts[part][box])
-        mean = np.vdot(window, taper) / max(taper.sum(), NOTHING)
-        blurred += _powers((window - mean) * taper)
-        tapers += _powers(taper)
-        area, most = area + np.square(taper).sum(), most + np.square(hann).sum()
-    if area < LEAST_AREA * most:
+    found = _Spectra.seen(parts, clipped, shape)
+    if found.area < LEAST_AREA * len(list(_places(parts, shape))) and clipped is not None:
         return misfit(parts, psf)
-    if not blurred.any():
+    if not found.blurred.any():
         return 0.0
-    lags = fft.irfft2(_powers(psf, shape), shape) * fft.irfft2(tapers, shape)
-    return _Spectrum.of(blurred / area, fft.rfft2(lags).real / area).unexplained()
+    lags = fft.irfft2(_powers(psf, shape), shape) * fft.irfft2(found.tapers, shape)
+    return _Mixture.of(found.blurred, fft.rfft2(lags).real).unexplained()
 
 
 def _even(length: int) -> int:
     return length // 2 * 2
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Spectra:
+    """Mean powers of a blurred picture, and of the windows through which it is seen.
+
+    Parameters
+    ----------
+    blurred, tapers : ndarray, shape (P, Q // 2 + 1)
+        Half spectra; noise of variance 1 has a mean power of 1 in the first.
+    area : float
+        Of the picture that is seen, in windows.
+    """
+
+    blurred: FloatArray
+    tapers: FloatArray
+    area: float
+
+    @classmethod
+    def seen(
+        cls,
+        parts: Sequence[FloatArray],
+        clipped: Sequence[BoolArray] | None,
+        shape: tuple[int, ...],
+    ) -> "_Spectra":
+        """Through windows of a shape, away from clipped pixels."""
+        hann = np.outer(*(signal.windows.hann(side, sym=False) for side in shape))
+        blurred, tapers = np.zeros((2, shape[0], shape[1] // 2 + 1))
+        whole, area = _powers(hann), 0.0
+        for part, box in _places(parts, shape):
+            lost = None if clipped is None else arrays.to_numpy(clipped[part][box])
+            taper = hann if lost is None or not lost.any() else hann * _away_from(lost)
+            window = arrays.to_numpy(parts[part][box])
+            mean = np.vdot(window, taper) / max(taper.sum(), NOTHING)
+            blurred += _powers((window - mean) * taper)
+            tapers += whole if taper is hann else _powers(taper)
+            area += np.square(taper).sum()
+        once = np.square(hann).sum()
+        return cls(blurred / max(area, NOTHING), tapers / max(area, NOTHING), area / once)
+
+
 def _away_from(clipped: BoolArray) -> FloatArray:
     """1 far from clipped pixels, 0 at them, and between so smooth that it adds nothing."""
-    distance = ndimage.distance_transform_edt(~clipped) if clipped.any() else np.full((1, 1), RAMP)
+    distance = ndimage.distance_transform_edt(~clipped)
     mask: FloatArray = 0.5 - 0.5 * np.cos(np.pi * np.minimum(distance / RAMP, 1))
     return mask
 
@@ -119,34 +150,44 @@ def _powers(plane: FloatArray, shape: tuple[int, ...] | None = None) -> FloatArr
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spectrum:
+class _Mixture:
     """Powers at the frequencies that tell, and what they are made of.
+
+    Frequencies of one cell that the PSF lets through alike are taken together: what is fitted to
+    their mean is as likely as what is fitted to each.
 
     Parameters
     ----------
-    powers, passed, frequency : ndarray, shape (F,)
-        Of the blurred picture; the share that the PSF lets through; cycles per pixel.
-    cell : ndarray, shape (F,)
+    powers, passed, falling : ndarray, shape (F,)
+        Of the blurred picture; the share that the PSF lets through; ``(1/4 / |f|)^3``.
+    cell : ndarray of int, shape (F,)
         In which the sharp picture has the same power.
     """
 
     powers: FloatArray
     passed: FloatArray
-    frequency: FloatArray
+    falling: FloatArray
     cell: NDArray[np.intp]
 
     @classmethod
-    def of(cls, powers: FloatArray, passed: FloatArray) -> "_Spectrum":
+    def of(cls, powers: FloatArray, passed: FloatArray) -> "_Mixture":
         """Those of half a spectrum between the lowest and the highest frequency."""
         rows, columns = powers.shape[0], 2 * (powers.shape[1] - 1)
         across, along = fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None]
         frequency = np.hypot(across, along)
-        ring = RINGS * np.log(np.maximum(frequency, LOWEST) / LOWEST) / np.log(HIGHEST / LOWEST)
-        sector = SECTORS * (np.arctan2(across, along) / np.pi + 0.5)
         seen = (frequency >= LOWEST) & (frequency < HIGHEST)
-        place = ring[seen].astype(int), np.minimum(sector[seen].astype(int), SECTORS - 1)
-        cell: NDArray[np.intp] = np.unique(place[0] * SECTORS + place[1], return_inverse=True)[1]
-        return cls(powers[seen], np.maximum(passed[seen], NOTHING), frequency[seen], cell)
+        ring = RINGS * np.log(frequency[seen] / LOWEST) / np.log(HIGHEST / LOWEST)
+        sector = SECTORS * (np.arctan2(across, along)[seen] / np.pi + 0.5)
+        cell = ring.astype(int) * SECTORS + np.minimum(sector.astype(int), SECTORS - 1)
+        passed = np.maximum(passed[seen], NOTHING)
+        order = np.lexsort((passed, cell))
+        falling = (MIDDLE / frequency[seen]) ** FALL
+        starts = _starts(cell[order])
+        counts = np.diff([*starts, len(order)])
+        parts = np.stack([powers[seen], passed, falling])[:, order]
+        powers, passed, falling = np.add.reduceat(parts, starts, axis=1) / counts
+        own = np.unique(cell[order][starts], return_inverse=True)[1]
+        return cls(powers, passed, falling, own)
 
     def unexplained(self) -> float:
         """``sqrt(n + e)`` of the most likely `n`, `e` and `a`."""
@@ -158,14 +199,21 @@ class _Spectrum:
 
     def unlikelihood(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Minus the mean logarithm of the likelihood of ``log (n, e, a)``, and its gradient."""
-        values = np.exp(logarithms)
-        errors = np.stack([np.ones_like(self.frequency), (MIDDLE / self.frequency) ** FALL])
-        expected = values[ERRORS:][self.cell] * self.passed + values[:ERRORS] @ errors
+        white, colored, *_ = values = np.exp(logarithms)
+        own = values[ERRORS:][self.cell]
+        expected = own * self.passed + white + colored * self.falling
         ratio = self.powers / expected
         pull = (1 - ratio) / (expected * len(expected))
-        slopes = np.concatenate([errors @ pull, self._in_cells(self.passed * pull)])
+        errors = pull.sum(), np.vdot(self.falling, pull)
+        slopes = np.concatenate([errors, self._in_cells(self.passed * pull)])
         return float((ratio + np.log(expected)).mean()), values * slopes
 
     def _in_cells(self, values: FloatArray) -> FloatArray:
         """Sums over the cells."""
         return np.asarray(np.bincount(self.cell, values))
+
+
+def _starts(cell: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Where groups of at most so many frequencies begin, each in one cell; cells are sorted."""
+    first = np.searchsorted(cell, cell)
+    return np.flatnonzero((np.arange(len(cell)) - first) % TOGETHER == 0)

@@ -1,6 +1,7 @@
 """What the PSF leaves unexplained: noise and no more where all is known, more where it errs."""
 
 import io
+from functools import cache
 
 import imageio.v3 as imageio
 import numpy as np
@@ -8,17 +9,22 @@ import pytest
 from scipy.signal import fftconvolve
 
 from napari_crfdeblur.deconvolution import LocalShrinkage, PlaneStatistics, deconvolve, measure
-from napari_crfdeblur.deconvolution.misfit import misfit
 from napari_crfdeblur.psf import as_psf, camera_shake, disk, line
+from napari_crfdeblur.psf.misfit import misfit
 from napari_crfdeblur.simulate import street
 
 PSFS = {"shake": camera_shake(17, 3), "line": line(13, 0.6), "disk": disk(5.5)}
 SHAPE = (262, 345)
 
 
+@cache
+def drawn():
+    return street((330, 420), seed=5).linear[..., 1]
+
+
 def blurred(psf, noise, seed=0):
-    """Sharp scene, what is seen of it, and the same with white noise."""
-    scene = street((330, 420), seed=5).linear[..., 1]
+    """Sharp scene, and what is recorded of it with white noise."""
+    scene = drawn()
     clean = fftconvolve(scene, psf, mode="valid")[: SHAPE[0], : SHAPE[1]]
     top, left = (side - 1 - side // 2 for side in psf.shape)
     sharp = scene[top : top + SHAPE[0], left : left + SHAPE[1]]
