@@ -79,7 +79,7 @@ SIZES = 13, 17, 21
 SHAPE = 560, 720
 MIDDLE = 320  # pixels: side of what is restored
 NOISE = 0.002
-RESTORATION = HyperLaplacian(model_error=0.01)  # as the pipeline restores with blind PSFs
+RESTORATION = HyperLaplacian(model_error=0.01)  # the same strength for all PSFs
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,9 @@ import tifffile
 
 from napari_crfdeblur.cli import large as cli_large
 from napari_crfdeblur.cli import main
-from napari_crfdeblur.io import read_photo, write_photo, write_psf
+from napari_crfdeblur.deconvolution import RichardsonLucy
+from napari_crfdeblur.io import read_photo, read_psf, write_photo, write_psf
+from napari_crfdeblur.large import restore_large
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import SRGB
 from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
@@ -104,6 +106,57 @@ def test_tiles_find_response_and_psf_on_a_part(here, capsys):
     assert "edges:" in out
     assert "PSF:" in out
     assert read_photo(here / "o.tif").shape == read_photo(here / "a.png").shape
+
+
+def bead(here):
+    """A PSF of three dimensions in the pages of a TIFF."""
+    volume = np.zeros((3, 7, 7), np.uint16)
+    volume[1] = np.rint(9000 * camera_shake(7, 3))
+    volume[2, 2:5, 3] = 800
+    tifffile.imwrite(here / "bead.tif", volume, photometric="minisblack")
+    return read_psf(here / "bead.tif")
+
+
+def test_a_stack_and_a_psf_of_three_dimensions_make_a_volume(here, capsys):
+    stack = np.stack([read_photo(here / f"{name}.png")[:80, :90, 1] for name in "abba"])
+    tifffile.imwrite(here / "stack.tif", stack, photometric="minisblack")
+    psf = bead(here)
+    given = ["--response", "srgb", "--psf", "bead.tif", "--method", "richardson-lucy"]
+    assert run("deblur", "stack.tif", *given, "--report", "r.html") == 0
+    assert "PSF: 7 x 7 x 3 pixels" in capsys.readouterr().out
+    expected = restore_large(stack, SRGB(), psf, RichardsonLucy()).compute()
+    np.testing.assert_array_equal(tifffile.imread(here / "stack-deblurred.tif"), expected)
+
+
+def test_parts_have_their_psfs_in_tiles_too(here, capsys):
+    scene = slanted_edges((300, 400), seed=2, pitch=90)
+    write_photo(here / "c.tif", simulate(scene, camera_shake(9, 3), Camera(SRGB()), seed=5).photo)
+    given = ["--response", "srgb", "--psf", "psf.npy", "--varying", "1x2"]
+    assert run("deblur", "c.tif", "-o", "whole.tif", *given) == 0
+    assert run("deblur", "c.tif", "-o", "tiles.tif", "--tiled", *given) == 0
+    assert capsys.readouterr().out.count("parts: ") == 2
+    # there is one tile
+    np.testing.assert_array_equal(read_photo(here / "tiles.tif"), read_photo(here / "whole.tif"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "reason"),
+    [
+        (["deblur", "a.tif"], "the photo is a single picture; give a stack"),
+        (["deblur", "a.png"], "the photo is a single picture; give a stack"),
+        (["deblur", "a.tif", "--varying"], "--varying is for PSFs with rows and columns"),
+        (["deblur", "a.tif", "-o", "x.png"], "written as TIFF or zarr"),
+        (["batch", "a.png", "-o", "out"], "restore them one by one"),
+        (["estimate", "a.png"], "grayscale picture with rows and columns"),
+        (["simulate"], "grayscale picture with rows and columns"),
+    ],
+)
+def test_what_is_no_stack_has_no_psf_of_three_dimensions(arguments, reason, capsys, here):
+    bead(here)
+    before = sorted(here.iterdir())
+    assert run(*arguments, "--psf", "bead.tif") == 2
+    assert reason in capsys.readouterr().err
+    assert sorted(here.iterdir()) == before
 
 
 @pytest.mark.parametrize(

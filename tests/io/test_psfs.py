@@ -55,6 +55,62 @@ def test_color_picture_with_equal_channels_is_gray(tmp_path):
         np.testing.assert_array_equal(read_psf(tmp_path / name), read_psf(tmp_path / "gray.png"))
 
 
+def a_volume():
+    """An L that leans; no symmetry, sides that differ, off center along all axes."""
+    volume = np.zeros((5, 9, 13))
+    volume[1, 1:6, 4] = (1.0, 2.0, 3.0, 2.0, 1.0)
+    volume[3, 5, 4:9] = (1.0, 1.0, 1.5, 1.0, 0.5)
+    return as_psf(volume)
+
+
+@pytest.mark.parametrize(("name", "tolerance"), [("k.npy", 1e-16), ("k.tif", 1e-8)])
+def test_a_psf_of_three_dimensions_comes_back_centered(tmp_path, name, tolerance):
+    write_psf(tmp_path / name, a_volume())
+    psf = read_psf(tmp_path / name)
+    offset = np.array(center_of_mass(psf)) - np.array(psf.shape) // 2
+    assert np.abs(offset).max() <= 0.5  # moved by whole pixels
+    assert all(side % 2 for side in psf.shape)
+    where, whole = (
+        tuple(map(slice, np.min(f, axis=1), np.max(f, axis=1) + 1))
+        for f in (np.nonzero(psf > 1e-9), np.nonzero(a_volume()))
+    )
+    np.testing.assert_allclose(psf[where], a_volume()[whole], atol=tolerance)
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compression": "zlib"},
+        {"imagej": True, "metadata": {"axes": "ZYX"}},
+        {"photometric": "miniswhite"},
+        {"tile": (16, 16), "bigtiff": True},
+    ],
+)
+def test_a_bead_in_the_pages_of_a_tiff_is_a_volume(tmp_path, options):
+    bead = np.rint(a_volume() / a_volume().max() * 60000).astype(np.uint16)
+    stored = ~bead if options.get("photometric") == "miniswhite" else bead
+    tifffile.imwrite(tmp_path / "k.tif", stored, **{"photometric": "minisblack", **options})
+    np.save(tmp_path / "k.npy", bead)
+    np.testing.assert_array_equal(read_psf(tmp_path / "k.tif"), read_psf(tmp_path / "k.npy"))
+
+
+def test_a_volume_of_which_pages_are_missing_is_refused(tmp_path):
+    bead = a_volume().astype(np.float32)
+    tifffile.imwrite(tmp_path / "k.tif", bead, photometric="minisblack", compression="zlib")
+    whole = (tmp_path / "k.tif").read_bytes()
+    (tmp_path / "k.tif").write_bytes(whole[: len(whole) - 100])
+    with pytest.raises(CrfDeblurError, match=r"k\.tif: .*get a whole copy"):
+        read_psf(tmp_path / "k.tif")
+
+
+def test_a_volume_in_time_or_as_a_png_is_refused(tmp_path):
+    tifffile.imwrite(tmp_path / "k.tif", np.ones((2, 3, 5, 7), np.uint8), photometric="minisblack")
+    with pytest.raises(CrfDeblurError, match=r"k\.tif: the PSF has shape"):
+        read_psf(tmp_path / "k.tif")
+    with pytest.raises(CrfDeblurError, match=r"ends in \.tif or \.npy"):
+        write_psf(tmp_path / "k.png", a_volume())
+
+
 @pytest.mark.parametrize(
     ("values", "reason"),
     [

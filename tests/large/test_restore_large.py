@@ -10,7 +10,7 @@ from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.large import informative_region, measure_large, open_source, restore_large
 from napari_crfdeblur.linear import clipped_pixels, linearize, reapply
 from napari_crfdeblur.photo import from_unit
-from napari_crfdeblur.psf import camera_shake
+from napari_crfdeblur.psf import PsfField, PsfStatus, camera_shake
 from napari_crfdeblur.response import SRGB, Gamma
 
 PSF = camera_shake(9, 3)
@@ -29,6 +29,11 @@ def in_memory(photo, curve, method=METHOD, psf=PSF):
     light = linearize(photo, curve)
     sharp = deconvolve(light, psf, method, clipped=clipped_pixels(photo))
     return reapply(sharp, curve, photo.dtype)
+
+
+def one_everywhere(shape):
+    """The same PSF in two parts."""
+    return PsfField(np.stack([PSF, PSF])[None], ((PsfStatus.GOOD,) * 2,), shape)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
@@ -105,10 +110,15 @@ def test_a_method_that_says_nothing_of_tiles_gets_them():
 
 def test_statistics_of_a_sample_are_near_those_of_the_whole():
     photo = a_photo((2300, 2100), np.uint16)
-    (found,) = measure_large(photo, SRGB(), channels=False)
-    (whole,) = measure_large(photo[:1024, :1024], SRGB(), channels=False)
+    (found,) = measure_large(photo, SRGB(), channels=False, psf=PSF)
+    (whole,) = measure_large(photo[:1024, :1024], SRGB(), channels=False, psf=PSF)
     assert found.noise == pytest.approx(whole.noise, rel=0.2)
     assert found.contrast == pytest.approx(whole.contrast, rel=0.2)
+    assert found.misfit == pytest.approx(whole.misfit, rel=0.3)
+    (varying,) = measure_large(photo, SRGB(), channels=False, psf=one_everywhere(photo.shape))
+    assert varying.misfit == pytest.approx(found.misfit, rel=0.3)
+    (alone,) = measure_large(photo, SRGB(), channels=False)
+    assert alone.misfit is None
 
 
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1.5, -0.1])

@@ -24,7 +24,7 @@ from napari_crfdeblur.simulate import CameraMotion, Simulated
 
 KEY = "napari-crfdeblur"
 SIDES = 84, 110
-METHOD = HyperLaplacian()
+METHOD = HyperLaplacian(model_error=0.005)
 
 
 def session_on(pixels: Image, **options: float) -> Session:

@@ -15,7 +15,8 @@ from napari.utils.interactions import (
 from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
-from napari_crfdeblur._napari import layers, steps
+from napari_crfdeblur._napari import steps
+from napari_crfdeblur._napari.shapes import points_in
 from napari_crfdeblur._napari.step import Message, apply
 from napari_crfdeblur.edges import EdgeStatus, Line
 from napari_crfdeblur.progress import drain
@@ -98,7 +99,7 @@ def ends(session: Session) -> np.ndarray:
 def drawn_at(session: Session) -> np.ndarray:
     """End points of the lines on the canvas, in pixels of the photo."""
     layer, photo = session.drawing.layer, session.photo
-    return np.array([layers.points_in(layer, line, photo) for line in layer.data])
+    return np.array([points_in(layer, line, photo) for line in layer.data])
 
 
 def test_a_line_drawn_with_the_mouse_becomes_an_edge(session: Session) -> None:

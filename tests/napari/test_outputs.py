@@ -10,7 +10,7 @@ from napari.layers import Image
 from napari.utils.transforms import Affine
 
 from napari_crfdeblur import CrfDeblurError, Session
-from napari_crfdeblur._napari.layers import visible_part
+from napari_crfdeblur._napari.regions import visible_part
 from napari_crfdeblur.photo import from_unit
 from napari_crfdeblur.psf import disk, line
 from napari_crfdeblur.response import Gamma

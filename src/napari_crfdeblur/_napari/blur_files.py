@@ -9,16 +9,13 @@ import numpy as np
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..io import check_output, psfs, read_psf, write_psf, write_text
-from ..io.files import check_input, replacing
-from ..io.images import TIFF
+from ..io.files import check_input
 from ..io.records import from_record, to_record
-from ..large.sources import open_source
 from ..psf import PsfField
 
 FORMAT, VERSION = "crfdeblur-psf", 1
-JSON, NPY = ".json", ".npy"
+JSON = ".json"
 SUFFIXES = (*psfs.SUFFIXES, JSON)
-VOLUME = 3  # axes
 
 
 def read_blur(path: Path) -> tuple[FloatArray, PsfField | None]:
@@ -27,8 +24,7 @@ def read_blur(path: Path) -> tuple[FloatArray, PsfField | None]:
     Parameters
     ----------
     path : Path
-        As for :func:`~napari_crfdeblur.io.read_psf`; a TIFF of several pages or an array of
-        three axes, whose center is the origin as it stands; or JSON of :func:`write_blur`.
+        As for :func:`~napari_crfdeblur.io.read_psf`, or JSON of :func:`write_blur`.
 
     Raises
     ------
@@ -37,8 +33,7 @@ def read_blur(path: Path) -> tuple[FloatArray, PsfField | None]:
     """
     if path.suffix.lower() == JSON:
         return _read_json(path)
-    volume = _volume(path) if path.suffix.lower() in (*TIFF, NPY) else None
-    return (read_psf(path) if volume is None else volume), None
+    return read_psf(path), None
 
 
 def write_blur(path: Path, psf: FloatArray, field: PsfField | None) -> None:
@@ -50,19 +45,14 @@ def write_blur(path: Path, psf: FloatArray, field: PsfField | None) -> None:
         A kind of file that cannot hold it, or a place that cannot be written.
     """
     check_output(path, SUFFIXES)
-    suffix = path.suffix.lower()
-    if suffix == JSON:
+    if path.suffix.lower() == JSON:
         content = {"format": FORMAT, "version": VERSION}
         content |= {"psf": to_record(psf), "field": to_record(field)}
         write_text(path, json.dumps(content, allow_nan=False) + "\n")
     elif field is not None:
         raise CrfDeblurError(f"{path}: the PSFs of parts are kept as .json; give such a name")
-    elif psf.ndim < VOLUME or suffix == NPY:
-        write_psf(path, psf)
-    elif suffix in TIFF:
-        _write_pages(path, psf)
     else:
-        raise CrfDeblurError(f"{path}: a PSF of 3 dimensions is kept as .tif, .npy or .json")
+        write_psf(path, psf)
 
 
 def _read_json(path: Path) -> tuple[FloatArray, PsfField | None]:
@@ -79,21 +69,3 @@ def _read_json(path: Path) -> tuple[FloatArray, PsfField | None]:
     if not isinstance(psf, np.ndarray) or not isinstance(field, PsfField | None):
         raise CrfDeblurError(f"{path}: the PSF is damaged; export it again")
     return psf, field
-
-
-def _volume(path: Path) -> FloatArray | None:
-    """The pixels of a gray stack; None for a picture, and for what is to be said of others."""
-    try:
-        source = open_source(path)
-        if source.color or len(source.shape) != VOLUME:
-            return None
-        return source.read(tuple(slice(0, side) for side in source.shape)).astype(np.float64)
-    except CrfDeblurError:
-        return None
-
-
-def _write_pages(path: Path, psf: FloatArray) -> None:
-    from tifffile import imwrite
-
-    with replacing(path) as temporary:
-        imwrite(temporary, psf.astype(np.float32), photometric="minisblack")

@@ -13,7 +13,7 @@ from ..progress import Job
 from ..psf import PsfField
 from ..report import draw_psf
 from ..report.pictures import draw_psf_field
-from .layers import Region, Source
+from .pixels import Region, Source
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -20,7 +20,7 @@ from ..io import (
 )
 from ..progress import Job, Progress
 from ..response import ResponsePrior
-from .layers import Region, Source
+from .pixels import Region, Source
 from .state import Fitted
 
 UNKNOWN = "this photo does not say which camera took it: choose one, or name it when you keep it"

@@ -13,15 +13,9 @@ from napari.layers import Layer, Shapes
 from .._typing import FloatArray
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
-from .layers import (
-    drawn_shape,
-    edge_layer,
-    paint_edges,
-    plane_drawn_on,
-    source_of,
-    stack_index,
-    unwrapped,
-)
+from .pixels import source_of, unwrapped
+from .regions import stack_index
+from .shapes import drawn_shape, edge_layer, paint_edges, plane_drawn_on
 from .state import Action, EdgeSet
 from .step import Effects, Level, Step
 from .steps import ONE_SLICE, joined, setting_edges

@@ -29,7 +29,8 @@ from ..profiles import ByOrientation, ProfileGroup, of_channel, sampling_profile
 from ..progress import Job, Progress, nth
 from ..psf import PsfEstimate, PsfEstimator, PsfField, RadonFit, estimating_psf
 from .blurs import PLANE, Blur, axes_of, check_reach, part_of, undoing, widened
-from .layers import Region, Source, planes_of
+from .pixels import Region, Source
+from .regions import planes_of
 from .state import EdgeSet, Fitted
 
 NO_EDGES = "there are no edges to find the PSF from; find or draw edges first"

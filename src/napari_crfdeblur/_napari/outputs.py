@@ -10,7 +10,8 @@ from napari.layers import Layer
 from .._typing import FloatArray, Image
 from ..psf import PsfField
 from ..response import Gamma, ResponseCurve
-from .layers import Region, beside, like
+from .pixels import Region
+from .placing import beside, like
 from .provenance import KEY, provenance
 from .state import State
 from .workspace import Workspace

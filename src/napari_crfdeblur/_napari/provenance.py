@@ -13,7 +13,8 @@ from ..io.edges import edges_content
 from ..io.files import check_input, check_output, write_text
 from ..io.records import from_record, to_record
 from ..io.responses import responses_content
-from .layers import Region, file_of, pairs, source_of
+from .pixels import Region, file_of, source_of
+from .regions import pairs
 from .state import Action, State
 
 KEY = "napari-crfdeblur"

@@ -14,7 +14,7 @@ from ..pipeline import joint_curve
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
 from .blurs import Blur
-from .layers import Region
+from .pixels import Region
 
 UNDO_DEPTH = 50
 MOST_DOUBTS = 2  # shown; the others in a tooltip

@@ -14,10 +14,10 @@ from ..errors import CrfDeblurError
 from ..estimate import ResponseStatus
 from ..progress import Progress, drain
 from ..psf import PsfEstimate, PsfField, PsfStatus
-from . import layers
 from .blurs import Blur
-from .layers import Region, Source, Span
+from .pixels import Region, Source, source_of, unwrapped
 from .provenance import KEY, provenance
+from .regions import Span, plane_at, region_of, shown_plane
 from .state import EdgeSet, Fitted, State
 from .step import Level, Message, Step, apply
 
@@ -33,23 +33,12 @@ NO_PSF = "there is no PSF yet: estimate it, load one, or make one"
 class Workspace:
     """The part of a session that its steps work with: photos, what is known of them, messages.
 
+    Its signals are described with :class:`~.session.Session`.
+
     Parameters
     ----------
     viewer : napari.components.ViewerModel
         A viewer, with or without a window.
-
-    Attributes
-    ----------
-    photo_changed, edges_changed, response_changed, psf_changed, layers_changed : Signal
-        Emitted after that part of the session has changed.
-    selection_changed : Signal
-        Emitted with the number of the edge that is selected, or None.
-    edges_changing : Signal
-        Emitted when the edges are about to change, with the numbers of those that stay.
-    progressed : Signal
-        Emitted with the :class:`~napari_crfdeblur.progress.Progress` of a verb.
-    said : Signal
-        Emitted with each :class:`~.steps.Message` to the user.
     """
 
     photo_changed = Signal()
@@ -63,7 +52,7 @@ class Workspace:
     said = Signal(Message)
 
     def __init__(self, viewer: ViewerModel) -> None:
-        self.viewer: ViewerModel = layers.unwrapped(viewer)
+        self.viewer: ViewerModel = unwrapped(viewer)
         # Where steps go that follow from drawing: done at once, unless widgets have a thread.
         self.start: Callable[[Step[Any, Any]], object] = self.do
         # Layers made of each photo, and their kinds.
@@ -83,9 +72,9 @@ class Workspace:
 
     @photo.setter
     def photo(self, layer: ImageLayer | None) -> None:
-        layer = layers.unwrapped(layer)
+        layer = unwrapped(layer)
         if layer is not None:
-            layers.source_of(layer, white=1.0)
+            source_of(layer, white=1.0)
         if layer is self._photo:
             return
         self._photo = layer
@@ -107,7 +96,7 @@ class Workspace:
     @white.setter
     def white(self, value: float | None) -> None:
         photo = self._required_photo()
-        layers.source_of(photo, white=1.0 if value is None else value)
+        source_of(photo, white=1.0 if value is None else value)
         if value is None:
             self._whites.pop(photo, None)
         else:
@@ -145,7 +134,7 @@ class Workspace:
     def source(self) -> tuple[ImageLayer, Source]:
         """The photo and its pixels, as they are now."""
         photo = self._required_photo()
-        return photo, layers.source_of(photo, self.white)
+        return photo, source_of(photo, self.white)
 
     def state_of(self, photo: ImageLayer) -> State:
         """What is known of any photo."""
@@ -159,12 +148,12 @@ class Workspace:
         """The plane of a stack at an index, or the one that is shown."""
         photo, source = self.source()
         if index is not None:
-            return layers.plane_at(source, index)
-        return layers.shown_plane(self.viewer, photo)
+            return plane_at(source, index)
+        return shown_plane(self.viewer, photo)
 
     def region(self, spans: Sequence[Span]) -> Region:
         """A region of the photo from the start and stop of each axis."""
-        return layers.region_of(self.source()[1], spans)
+        return region_of(self.source()[1], spans)
 
     def required_edges(self) -> EdgeSet:
         """The edges; refuses to go on without."""

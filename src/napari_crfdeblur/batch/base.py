@@ -6,7 +6,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from enum import Enum
 from pathlib import Path
-from threading import Lock
 from typing import Any
 
 from .._typing import Image
@@ -15,16 +14,16 @@ from ..estimate import ResponseEstimate
 from ..io import images, make_folder, write_photo
 from ..io.files import check_input
 from ..large.stamp import Stamp
-from ..large.workers import ClusterError, Workers, workers
+from ..large.workers import ClusterError, Workers, WorkersDied, workers
 from ..pipeline import DeblurOptions, deblurring
 from ..progress import Job, Progress, drain, nth
+from ..psf import GivenPsf
+from .alone import alone, taking_turn
 from .journal import Journal, fingerprint
 from .shared import PsfOf, load, settings_of, sharing_psf, sharing_response
 
+PLANE = 2  # axes
 UNFINISHED = ".crfdeblur-unfinished"
-PATIENCE = 0.05  # seconds between two looks at whether another batch has ended
-# A batch that was cancelled ends at its next report only; the next one in its folder waits.
-_LOCKS: dict[Path, Lock] = {}
 # What one photo can do wrong without the others being lost.
 BAD_PHOTO = (CrfDeblurError, OSError, MemoryError, ValueError)
 
@@ -113,6 +112,12 @@ class Batch:
     def __post_init__(self) -> None:
         if not self.photos:
             raise CrfDeblurError("no file is chosen: choose one or more photos")
+        given = self.options.psf
+        if isinstance(given, GivenPsf) and given.psf.ndim > PLANE:
+            raise CrfDeblurError(
+                "the PSF has three dimensions, and is for stacks: restore them one by one, or give "
+                "a PSF with rows and columns"
+            )
         if any(part in self.suffix for part in "/\\\0"):
             raise CrfDeblurError(f'"{self.suffix}": cannot be a part of the name of a file')
 
@@ -134,19 +139,19 @@ def deblur_files(batch: Batch, *, scheduler: str | None = None) -> BatchResult:
     Raises
     ------
     CrfDeblurError
-        The folder cannot be written, the scheduler does not answer, or no photo at all tells
-        the response or the PSF that all are to have.
+        The folder cannot be written, or another batch is at work in it; the scheduler does not
+        answer; or no photo at all tells the response or the PSF that all are to have.
     """
     return drain(deblurring_files(batch, scheduler=scheduler))
 
 
 def deblurring_files(batch: Batch, *, scheduler: str | None = None) -> Job[BatchResult]:
     """Job of :func:`deblur_files`: reports progress, can be stopped."""
-    lock = _LOCKS.setdefault(batch.folder.resolve(), Lock())
-    while not lock.acquire(timeout=PATIENCE):
-        yield Progress("waiting for another batch in this folder", 0, 1)
+    lock = yield from taking_turn(batch.folder)
     try:
-        return (yield from _deblurring_files(batch, scheduler))
+        make_folder(batch.folder)
+        with alone(batch.folder):
+            return (yield from _deblurring_files(batch, scheduler))
     finally:
         lock.release()
 
@@ -154,7 +159,6 @@ def deblurring_files(batch: Batch, *, scheduler: str | None = None) -> Job[Batch
 def _deblurring_files(batch: Batch, scheduler: str | None) -> Job[BatchResult]:
     """Long job: the batch, once it is alone in its folder."""
     yield Progress("reading the journal", 0, 1)
-    make_folder(batch.folder)
     photos = list(dict.fromkeys(path.absolute() for path in batch.photos))
     journal = Journal.of(batch.folder)
     options, responses = yield from sharing_response(batch.options, photos, journal)
@@ -224,12 +228,29 @@ def _one_by_one(work: _Work, photos: Sequence[Path]) -> Job[dict[Path, Outcome]]
 
 
 def _by_workers(work: _Work, photos: Sequence[Path], crew: Workers) -> Job[dict[Path, Outcome]]:
-    """Job: several photos at a time on a cluster."""
+    """Job: several photos at a time on a cluster.
+
+    Workers that die take several photos down. Each of these gets them once more to itself, so
+    that only the one at which they die is passed over.
+    """
     outcomes: dict[Path, Outcome] = {}
+    suspects = yield from _shared_out(work, photos, crew, outcomes)
+    for photo in suspects:
+        for each in (yield from _shared_out(work, [photo], crew, outcomes)):
+            outcomes[each] = failed(each, suspects[photo])
+    return {photo: outcomes[photo] for photo in photos}
+
+
+def _shared_out(
+    work: _Work, photos: Sequence[Path], crew: Workers, outcomes: dict[Path, Outcome]
+) -> Job[dict[Path, WorkersDied]]:
+    """Job: adds what became of the photos; returns those at which workers died."""
     waiting = iter(photos)
     pending: dict[Any, tuple[Path, str, Stamp]] = {}
+    suspects: dict[Path, WorkersDied] = {}
+    total = len(outcomes) + len(photos)
     try:
-        while len(outcomes) < len(photos):
+        while len(outcomes) + len(suspects) < total:
             while len(pending) <= crew.size and (photo := next(waiting, None)):
                 begun = work.begin(photo)
                 if isinstance(begun, Outcome):
@@ -243,15 +264,16 @@ def _by_workers(work: _Work, photos: Sequence[Path], crew: Workers) -> Job[dict[
                     sharp = crew.result(task)
                 except ClusterError:
                     raise
+                except WorkersDied as error:
+                    suspects[photo] = error
                 except BAD_PHOTO as error:
                     outcomes[photo] = failed(photo, error)
                 else:
                     outcomes[photo] = work.finish(photo, name, stamp, sharp)
-            yield Progress("photos", len(outcomes), len(photos))
+            yield Progress("photos", len(outcomes), total)
     finally:
-        for task in pending:
-            task.cancel()
-    return outcomes
+        crew.drop(pending)
+    return suspects
 
 
 def sharpened(pixels: Image, options: DeblurOptions) -> Image:

@@ -124,8 +124,15 @@ class Journal:
 
     def _write(self, entry: dict[str, Any]) -> None:
         self._take(entry)
-        with (self.folder / NAME).open("a", encoding="utf-8") as file:
-            file.write(json.dumps(entry) + "\n")
+        path = self.folder / NAME
+        try:
+            with path.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(entry) + "\n")
+        except OSError as error:
+            raise CrfDeblurError(
+                f"{path}: cannot be written ({error.strerror}); make room, and start the batch "
+                "again, which keeps what is done"
+            ) from error
 
 
 def _facts(stamp: Stamp) -> list[int]:

@@ -66,11 +66,11 @@ def demo(arguments: Namespace) -> None:
 
 def deblur(arguments: Namespace) -> None:
     """``crfdeblur deblur``."""
-    if wants_tiles(arguments):
-        return _deblur_in_tiles(arguments)
+    options = _deblur_options(arguments)
+    if wants_tiles(arguments, options):
+        return _deblur_in_tiles(arguments, options)
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
     _check(output, images.WRITABLE, arguments)
-    options = _deblur_options(arguments)
     photo = _photo(arguments.photo)
     camera = _camera(arguments, photo)
     result = run(deblurring(photo, _from(camera, options)))
@@ -97,22 +97,22 @@ def deblur(arguments: Namespace) -> None:
     print(f"wrote {output}")
 
 
-def _deblur_in_tiles(arguments: Namespace) -> None:
+def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
     output = arguments.output or default_output(arguments.photo)
-    check_large(arguments, output)
-    if arguments.varying:
-        raise CrfDeblurError("--varying is for photos that are worked on as a whole: leave it out")
+    check_large(arguments, output, options)
     _check_extras(arguments)
     if arguments.cameras or arguments.camera:
         raise CrfDeblurError(
             "--cameras is for photos that are worked on as a whole; estimate the response first, "
             "and give it with --response"
         )
-    found, report = deblur_in_tiles(arguments, output, _deblur_options(arguments))
+    found, report = deblur_in_tiles(arguments, output, options)
     _write_extras(arguments, report)
     _say_edges(found.edges)
     _say_responses(found.responses)
     _say_psf(found.psf)
+    if found.field:
+        _say_field(found.field)
     print(f"wrote {output}")
 
 
@@ -328,5 +328,5 @@ def _say_field(field: PsfField) -> None:
 
 
 def _say_psf(found: PsfEstimate) -> None:
-    rows, columns = found.psf.shape
-    print(f"PSF: {columns} x {rows} pixels; {found.status.value}")
+    sides = " x ".join(map(str, reversed(found.psf.shape)))
+    print(f"PSF: {sides} pixels; {found.status.value}")

@@ -1,17 +1,14 @@
 """What can be said on the command line; loads nothing but the standard library."""
 
-from argparse import ArgumentParser, ArgumentTypeError, Namespace, RawDescriptionHelpFormatter
+from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from .._version import __version__
+from . import options
+from .kinds import grid, odd, size
 
-RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
-PSFS = ("auto", "edges", "variational", "xu-jia", "fergus", "shan")
-PSF_HELP = (
-    "auto (from the picture), edges (from them alone), variational, xu-jia, fergus, shan (from "
-    "the picture by these methods), or a file (.png, .tif, .npy)"
-)
+FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
 
 
 def parse(argv: Sequence[str] | None) -> Namespace:
@@ -51,15 +48,9 @@ def _demo(add: Add) -> None:
         "blur a known picture, recover it, and compare the responses",
         "crfdeblur demo -o demo",
     )
-    demo.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("demo"),
-        metavar="FOLDER",
-        help="folder for the pictures (default: demo)",
-    )
-    demo.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
+    folder = Path("demo")
+    options.output(demo, "FOLDER", "folder for the pictures (default: demo)", folder)
+    options.seed(demo)
 
 
 def _deblur(add: Add) -> None:
@@ -68,34 +59,20 @@ def _deblur(add: Add) -> None:
         "deblur a photo",
         "crfdeblur deblur photo.jpg -o sharp.png --report report.html",
     )
+    options.photo(deblur, "PNG, JPEG or TIFF; in tiles NPY and zarr, too")
+    options.output(deblur, "FILE", "deblurred photo (default: PHOTO-deblurred beside the photo)")
+    options.response(deblur)
+    options.cameras(deblur)
     deblur.add_argument(
-        "photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF; in tiles NPY and zarr, too"
+        "--psf", default="auto", metavar="PSF", help=f"{options.PSF_HELP} (default: auto)"
     )
-    deblur.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="deblurred photo (default: PHOTO-deblurred beside the photo)",
-    )
-    deblur.add_argument(
-        "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
-    )
-    _prior(deblur)
-    _cameras(deblur)
-    deblur.add_argument("--psf", default="auto", metavar="PSF", help=f"{PSF_HELP} (default: auto)")
-    deblur.add_argument(
-        "--method",
-        choices=METHODS,
-        default="local-shrinkage",
-        help="deconvolution (default: local-shrinkage)",
-    )
-    _psf_size(deblur)
-    _edges(deblur)
-    _report(deblur)
+    options.method(deblur)
+    options.psf_size(deblur)
+    options.edges(deblur)
+    options.report(deblur)
     deblur.add_argument(
         "--varying",
-        type=_grid,
+        type=grid,
         nargs="?",
         const=4,
         metavar="ROWSxCOLUMNS",
@@ -106,9 +83,9 @@ def _deblur(add: Add) -> None:
         "--tiled",
         action="store_true",
         help="work in tiles, with little memory, on all pages (default: a TIFF of one page "
-        "and more than 67 megapixels)",
+        "and more than 67 megapixels, and stacks for a PSF of three dimensions)",
     )
-    _scheduler(deblur)
+    options.scheduler(deblur)
 
 
 def _batch(add: Add) -> None:
@@ -117,22 +94,14 @@ def _batch(add: Add) -> None:
         "deblur many photos of one camera; go on where an earlier batch stopped",
         "crfdeblur batch photos/*.jpg -o sharp",
     )
-    batch.add_argument("photos", type=Path, nargs="+", metavar="PHOTO", help="PNG, JPEG or TIFF")
-    batch.add_argument(
-        "-o",
-        "--output",
-        type=Path,
+    options.photos(batch)
+    options.output(
+        batch,
+        "FOLDER",
+        "folder for the deblurred photos and the journal; made if it is missing",
         required=True,
-        metavar="FOLDER",
-        help="folder for the deblurred photos and the journal; made if it is missing",
     )
-    batch.add_argument(
-        "--response",
-        default="auto",
-        metavar="RESPONSE",
-        help=f"of all photos: {RESPONSE_HELP} (default: auto, from the photos together)",
-    )
-    _prior(batch)
+    options.response(batch, "of all photos: ", "auto, from the photos together")
     batch.add_argument(
         "--psf",
         default="each",
@@ -140,21 +109,16 @@ def _batch(add: Add) -> None:
         help="each (every photo has its own), first (that of the first photo for all), one (one "
         "for all, from several photos), or a file (.png, .tif, .npy) (default: each)",
     )
-    _psf_size(batch)
-    batch.add_argument(
-        "--method",
-        choices=METHODS,
-        default="local-shrinkage",
-        help="deconvolution (default: local-shrinkage)",
-    )
+    options.psf_size(batch)
+    options.method(batch)
     batch.add_argument(
         "--suffix",
         default="-deblurred",
         metavar="TEXT",
         help="what is added to the name of each photo (default: -deblurred)",
     )
-    _extent(batch)
-    _scheduler(batch)
+    options.extent(batch)
+    options.scheduler(batch)
 
 
 def _estimate(add: Add) -> None:
@@ -163,19 +127,11 @@ def _estimate(add: Add) -> None:
         "estimate the camera response from one photo or several",
         "crfdeblur estimate one.jpg two.jpg -o camera.json",
     )
-    estimate.add_argument(
-        "photos",
-        type=Path,
-        nargs="+",
-        metavar="PHOTO",
-        help="PNG, JPEG or TIFF; several photos of one camera are pooled",
-    )
-    estimate.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE.json",
-        help="response file for `deblur --response`; without it, only a summary",
+    options.photos(estimate, "PNG, JPEG or TIFF; several photos of one camera are pooled")
+    options.output(
+        estimate,
+        "FILE.json",
+        "response file for `deblur --response`; without it, only a summary",
     )
     estimate.add_argument(
         "--method",
@@ -185,10 +141,10 @@ def _estimate(add: Add) -> None:
         "known-psf (Eq. 4) (default: likelihood)",
     )
     estimate.add_argument("--psf", type=Path, metavar="FILE", help="the PSF, if it is known")
-    _prior(estimate)
-    _cameras(estimate)
-    _edges(estimate)
-    _report(estimate)
+    options.prior(estimate)
+    options.cameras(estimate)
+    options.edges(estimate)
+    options.report(estimate)
 
 
 def _psf(add: Add) -> None:
@@ -197,30 +153,23 @@ def _psf(add: Add) -> None:
         "estimate the point spread function of a photo",
         "crfdeblur psf photo.jpg -o psf.png --response srgb",
     )
-    psf.add_argument("photo", type=Path, metavar="PHOTO", help="PNG, JPEG or TIFF")
-    psf.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        metavar="FILE",
-        help="PSF as .png, .tif or .npy (default: PHOTO-psf.png beside the photo)",
+    options.photo(psf)
+    options.output(
+        psf, "FILE", "PSF as .png, .tif or .npy (default: PHOTO-psf.png beside the photo)"
     )
-    psf.add_argument(
-        "--response", default="auto", metavar="RESPONSE", help=f"{RESPONSE_HELP} (default: auto)"
-    )
-    _prior(psf)
-    _cameras(psf)
+    options.response(psf)
+    options.cameras(psf)
     psf.add_argument(
         "--from",
         dest="psf",
-        choices=PSFS,
+        choices=options.PSFS,
         default="auto",
         help="what the PSF is found from: the picture, by the best method or a named one, or "
         "straight edges alone (default: auto)",
     )
-    _psf_size(psf)
-    _edges(psf)
-    _report(psf)
+    options.psf_size(psf)
+    options.edges(psf)
+    options.report(psf)
 
 
 def _simulate(add: Add) -> None:
@@ -229,14 +178,12 @@ def _simulate(add: Add) -> None:
         "make a blurred photo whose truth is known",
         "crfdeblur simulate -o blurred.png --scene street --psf shake --response gamma:2.2",
     )
-    simulate.add_argument(
-        "-o",
-        "--output",
-        type=Path,
-        default=Path("simulated.png"),
-        metavar="FILE",
-        help="blurred photo (default: simulated.png); the sharp "
-        "photo, the PSF and the response are written beside it",
+    options.output(
+        simulate,
+        "FILE",
+        "blurred photo (default: simulated.png); the sharp photo, the PSF and the response are "
+        "written beside it",
+        Path("simulated.png"),
     )
     simulate.add_argument(
         "--scene",
@@ -252,7 +199,7 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--psf-size",
-        type=_odd,
+        type=odd,
         default=21,
         metavar="PIXELS",
         help="extent of the blur (default: 21)",
@@ -273,7 +220,7 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--size",
-        type=_size,
+        type=size,
         default=(600, 900),
         metavar="ROWSxCOLUMNS",
         help="of the photo (default: 600x900)",
@@ -287,130 +234,4 @@ def _simulate(add: Add) -> None:
     simulate.add_argument(
         "--bits", type=int, choices=(8, 16), default=8, help="of each pixel (default: 8)"
     )
-    simulate.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
-
-
-METHODS = (
-    "local-shrinkage",
-    "hyper-laplacian",
-    "irls",
-    "total-variation",
-    "richardson-lucy",
-    "wiener",
-)
-FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
-
-
-def _prior(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--prior",
-        metavar="KIND",
-        help="what is assumed of a camera of which nothing is stored: digital, dorf (film and "
-        "digital), srgb, or a response file of it or one like it (default: digital)",
-    )
-
-
-def _cameras(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--cameras",
-        type=Path,
-        metavar="FOLDER",
-        help="stored cameras: start from what other photos have told of this one",
-    )
-    command.add_argument(
-        "--camera",
-        type=_name,
-        metavar="NAME",
-        help="name of the camera, with --cameras (default: what the photo says)",
-    )
-
-
-def _psf_size(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--psf-size",
-        type=_odd,
-        metavar="PIXELS",
-        help="largest extent of the PSF (default: found from the picture)",
-    )
-
-
-def _edges(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--edges", type=Path, metavar="FILE", help="edges to use (.json) instead of finding them"
-    )
-    command.add_argument(
-        "--save-edges",
-        type=Path,
-        metavar="FILE",
-        help="write the edges that were found (.json, or .csv for a spreadsheet)",
-    )
-    _extent(command)
-
-
-def _extent(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--blur-extent",
-        type=_positive,
-        metavar="PIXELS",
-        help="largest width of a blurred edge (default: judged from the photo)",
-    )
-    command.add_argument(
-        "--per-channel",
-        action="store_true",
-        help="one response for each color channel instead of one for all",
-    )
-
-
-def _scheduler(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="let the workers of a dask.distributed cluster do the work, such as tcp://host:8786",
-    )
-
-
-def _report(command: ArgumentParser) -> None:
-    command.add_argument(
-        "--report",
-        type=Path,
-        metavar="FILE",
-        help="write a page that shows what was found (.html or .png)",
-    )
-
-
-def _positive(text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = 0.0
-    if not 0 < value < float("inf"):
-        raise ArgumentTypeError(f"expected a positive number, got {text}")
-    return value
-
-
-def _name(text: str) -> str:
-    name = " ".join(text.split())
-    if not name:
-        raise ArgumentTypeError("expected the name of a camera, got none")
-    return name
-
-
-def _odd(text: str) -> int:
-    """A size in pixels, at least 3; an even one becomes the next odd one."""
-    if not text.isdigit() or int(text) < 3:
-        raise ArgumentTypeError(f"expected a whole number of pixels, at least 3, got {text}")
-    return int(text) | 1
-
-
-def _size(text: str) -> tuple[int, int]:
-    rows, _, columns = text.partition("x")
-    if not (rows.isdigit() and columns.isdigit() and min(int(rows), int(columns)) >= 64):
-        raise ArgumentTypeError(f"expected ROWSxCOLUMNS of at least 64 each, got {text}")
-    return int(rows), int(columns)
-
-
-def _grid(text: str) -> tuple[int, int]:
-    rows, _, columns = text.partition("x")
-    if not (rows.isdigit() and columns.isdigit() and int(rows) and int(columns)):
-        raise ArgumentTypeError(f"expected ROWSxCOLUMNS of parts, got {text}")
-    return int(rows), int(columns)
+    options.seed(simulate)

@@ -1,23 +1,22 @@
 """Photos larger than memory, restored tile by tile: dask arrays in, dask arrays out."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
-from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from .._typing import BoolArray, FloatArray, Image
-from ..deconvolution import Deconvolver, PlaneStatistics, Tiled, measure
+from .._typing import Image
+from ..deconvolution import Deconvolver, PlaneStatistics, Tiled
 from ..deconvolution.tiles import Grid, Region, Tile
 from ..errors import CrfDeblurError
-from ..linear import Response, clipped_pixels, linearize, reapply
+from ..linear import Response
 from ..photo import ALPHA
-from ..progress import drain
-from ..psf import as_psf
+from ..psf import PsfField, as_psf
+from .recipe import PsfOrField, Recipe, psf_shape
 from .sources import KINDS, Source, open_source
+from .statistics import measure_large
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -25,61 +24,11 @@ if TYPE_CHECKING:
 Large: TypeAlias = "Source | Path | Image | Array"
 """A photo or a stack: a file, an open one, an array of numpy or of dask."""
 
-PATCH, PATCHES = 256, 64  # sides and number of the parts from which a photo is known
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Recipe:
-    """All that is needed to restore one tile, on any machine.
-
-    Parameters
-    ----------
-    curve : ResponseCurve or sequence of 3 of them
-    psf : ndarray, shape (H, W) or (D, H, W)
-    method : Deconvolver
-    color : bool
-        Whether the last axis has channels.
-    statistics : tuple of PlaneStatistics
-        Of each channel of the whole photo.
-    """
-
-    curve: Response
-    psf: FloatArray
-    method: Deconvolver
-    color: bool
-    statistics: tuple[PlaneStatistics, ...]
-
-    def restored(self, part: Image, tile: Tile) -> Image:
-        """Linearize, deconvolve and re-apply a tile with its margins; only the tile is left.
-
-        Parameters
-        ----------
-        part : ndarray, shape (..., M, N) or (..., M, N, C)
-            Pixels of ``tile.outer``, with as many more axes of length 1 before as the photo has.
-        """
-        axes = self.psf.ndim + self.color
-        photo: Image = part.reshape(part.shape[part.ndim - axes :])
-        light = _light(photo, self.curve, self.color)
-        clipped = _clipped(photo[..., :3] if self.color else photo, self.color)
-        sides = (own.stop - own.start for own in tile.inner)
-        sharp = np.empty((*sides, *light.shape[self.psf.ndim :]), dtype=light.dtype)
-        for channel, found in enumerate(self.statistics):
-            own = (..., channel) if self.color else ...
-            plane, mask = np.ascontiguousarray(light[own]), np.ascontiguousarray(clipped[own])
-            job = self.method.run(
-                plane, self.psf, clipped=mask if mask.any() else None, statistics=found
-            )
-            sharp[own] = drain(job)[tile.kept]
-        result = _recorded(sharp, self.curve, photo.dtype, self.color)
-        if self.color and photo.shape[-1] == ALPHA:
-            result = np.concatenate([result, photo[tile.kept][..., 3:]], axis=-1)
-        return result.reshape((1,) * (part.ndim - axes) + result.shape)
-
 
 def restore_large(
     photo: Large,
     curve: Response,
-    psf: FloatArray,
+    psf: PsfOrField,
     method: Deconvolver,
     *,
     channels: bool | None = None,
@@ -97,14 +46,16 @@ def restore_large(
         a PSF of three dimensions, as volumes (Z, M, N).
     curve : ResponseCurve or sequence of 3 of them
         Response of all channels, or of each.
-    psf : ndarray, shape (H, W) or (D, H, W)
-        Point spread function, non-negative; scaled to sum 1.
+    psf : ndarray, shape (H, W) or (D, H, W), or PsfField
+        Point spread function, non-negative; scaled to sum 1. Or those of all parts of a picture
+        of this shape, as for :func:`~napari_crfdeblur.deconvolution.deconvolve_varying`.
     method : Deconvolver
         Used in tiles; :class:`~napari_crfdeblur.deconvolution.Tiled` says which.
     channels : bool, optional
         Whether the last axis has the colors; by default if it has a length of 3 or 4.
     statistics : sequence of PlaneStatistics, optional
-        Noise and contrast of each channel; by default they are measured, at once, on a sample.
+        Of each channel, as :func:`measure_large` finds them; by default they are measured, at
+        once, on a sample.
 
     Returns
     -------
@@ -115,43 +66,56 @@ def restore_large(
     Raises
     ------
     CrfDeblurError
-        A file or PSF that is none, a PSF larger than the photo; later, when a tile is computed,
-        pixels that are not finite or outside [0, 1], or a file that has changed.
+        A file or PSF that is none, a PSF larger than the photo or of more dimensions; later, when
+        a tile is computed, pixels that are not finite or outside [0, 1], or a file that has
+        changed.
     """
     photo = open_source(photo) if isinstance(photo, Path) else photo
-    psf = as_psf(psf)
+    psf = psf if isinstance(psf, PsfField) else as_psf(psf)
     if channels is None:
         channels = photo.color if isinstance(photo, Source) else _has_colors(photo)
-    _check(photo, psf, channels)
+    plane = check_blur(photo, psf, channels)
     tiled = method if isinstance(method, Tiled) else Tiled(method)
-    lead = len(photo.shape) - psf.ndim - channels
-    grid = tiled.grid(tuple(photo.shape[lead : lead + psf.ndim]), psf.shape)
-    statistics = statistics or measure_large(photo, curve, channels=channels)
+    grid = tiled.grid(plane, psf_shape(psf))
+    statistics = statistics or measure_large(photo, curve, channels=channels, psf=psf)
     recipe = Recipe(curve, psf, tiled.method, channels, tuple(statistics))
+    lead = len(photo.shape) - len(plane) - channels
     plan = _Plan(tuple(photo.shape), lead, grid)
-    return (
-        _from_source(photo, recipe, plan)
-        if isinstance(photo, Source)
-        else (_from_array(photo, recipe, plan))
-    )
+    if isinstance(photo, Source):
+        return _from_source(photo, recipe, plan)
+    return _from_array(photo, recipe, plan)
 
 
-def measure_large(
-    photo: "Source | Image | Array", curve: Response, *, channels: bool
-) -> tuple[PlaneStatistics, ...]:
-    """Noise and contrast of each channel in linear light.
+def check_blur(photo: "Source | Image | Array", psf: PsfOrField, channels: bool) -> tuple[int, ...]:
+    """Sides of the pictures or volumes that a PSF blurs, checked to be those of the photo.
 
-    Of photos of more than four megapixels, from patches spread evenly over all of it.
+    Raises
+    ------
+    ValueError
+        Not a photo or a stack, or the PSFs of a picture of another shape.
+    CrfDeblurError
+        The PSF is larger than the photo, or has more dimensions.
     """
-    patches = [_light(part, curve, channels) for part in _patches(photo, channels)]
-    width = min(part.shape[1] for part in patches)
-    light = np.concatenate([part[:, :width] for part in patches])
-    planes = np.moveaxis(light, -1, 0) if channels else [light]
-    if not np.isfinite(light).all():
+    shape, sides = tuple(photo.shape), psf_shape(psf)
+    if photo.dtype not in KINDS:
+        raise ValueError(f"expected an image of uint8, uint16 or float, got {photo.dtype}")
+    plane = shape[: len(shape) - channels][-len(sides) :]
+    if len(plane) == 2 < len(sides):
         raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
+            "the PSF has three dimensions, but the photo is a single picture; give a stack, or a "
+            "PSF with rows and columns"
         )
-    return tuple(measure(np.ascontiguousarray(plane)) for plane in planes)
+    if len(plane) < len(sides) or 0 in shape or (channels and shape[-1] not in (3, ALPHA)):
+        raise ValueError(f"expected a photo or stack for a PSF of {len(sides)} axes, got {shape}")
+    if isinstance(psf, PsfField) and psf.shape != plane:
+        raise ValueError(f"expected a photo of {psf.shape} as the PSFs, got {plane}")
+    if any(large > side for large, side in zip(sides, plane, strict=True)):
+        sizes = [" x ".join(map(str, reversed(each))) for each in (sides, plane)]
+        raise CrfDeblurError(
+            f"the PSF, {sizes[0]} pixels, is larger than the image, {sizes[1]}; "
+            "give a smaller PSF or a larger image"
+        )
+    return plane
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,80 +179,5 @@ def _meta(photo: Any) -> Image:
     return np.empty((0,) * len(photo.shape), dtype=photo.dtype)
 
 
-def _patches(photo: "Source | Image | Array", channels: bool) -> Iterator[Image]:
-    """The slices of a small photo, or patches of a large one."""
-    plane = 3 if channels else 2
-    *stack, rows, columns = photo.shape[: len(photo.shape) - channels]
-    ends = tuple(slice(0, side) for side in photo.shape[len(photo.shape) - channels :])
-    if prod((*stack, rows, columns)) <= PATCHES * PATCH**2:
-        for index in np.ndindex(*stack):
-            here = (*(slice(i, i + 1) for i in index), slice(0, rows), slice(0, columns), *ends)
-            yield _read(photo, here).reshape(photo.shape[-plane:])
-        return
-    slices = np.unique(np.linspace(0, prod(stack) - 1, min(prod(stack), PATCHES)).round())
-    places = list(product(_starts(rows, len(slices)), _starts(columns, len(slices))))
-    for number in slices.astype(int):
-        index = np.unravel_index(number, stack) if stack else ()
-        for top, left in places:
-            inner = slice(top, min(top + PATCH, rows)), slice(left, min(left + PATCH, columns))
-            here = (*(slice(int(i), int(i) + 1) for i in index), *inner, *ends)
-            part = _read(photo, here)
-            yield part.reshape(part.shape[len(index) :])
-
-
-def _starts(length: int, slices: int) -> list[int]:
-    """Where patches begin along an axis: at most 8 of them, less if there are many slices."""
-    count = min(-(-length // PATCH), max(1, round((PATCHES / slices) ** 0.5)))
-    return [int(s) for s in np.linspace(0, max(length - PATCH, 0), count)]
-
-
-def _read(photo: "Source | Image | Array", region: Region) -> Image:
-    return photo.read(region) if isinstance(photo, Source) else np.asarray(photo[region])
-
-
-def _light(photo: Image, curve: Response, channels: bool) -> FloatArray:
-    """A part in linear light, shape (M, N) or (M, N, 3), or with slices before."""
-    seen = photo[..., :3] if channels else photo
-    low, high = seen.min(), seen.max()
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
-    if photo.dtype.kind == "f" and not (low >= 0 and high <= 1):
-        raise CrfDeblurError(
-            f"the image has values from {low:.4g} to {high:.4g}; "
-            "divide a floating-point image by its full scale, so that it lies in [0, 1]"
-        )
-    if not channels:
-        return linearize(photo.reshape(-1, photo.shape[-1]), curve).reshape(photo.shape)
-    return linearize(seen.reshape(-1, *seen.shape[-2:]), curve).reshape(seen.shape)
-
-
-def _recorded(sharp: FloatArray, curve: Response, dtype: np.dtype[Any], channels: bool) -> Image:
-    shape = (-1, *sharp.shape[-2:]) if channels else (-1, sharp.shape[-1])
-    return reapply(sharp.reshape(shape), curve, dtype).reshape(sharp.shape)
-
-
-def _clipped(photo: Image, channels: bool) -> BoolArray:
-    shape = (-1, *photo.shape[-2:]) if channels else (-1, photo.shape[-1])
-    return clipped_pixels(photo.reshape(shape)).reshape(photo.shape)
-
-
 def _has_colors(photo: "Image | Array") -> bool:
     return len(photo.shape) > 2 and photo.shape[-1] in (3, ALPHA)
-
-
-def _check(photo: "Source | Image | Array", psf: FloatArray, channels: bool) -> None:
-    shape = tuple(photo.shape)
-    if photo.dtype not in KINDS:
-        raise ValueError(f"expected an image of uint8, uint16 or float, got {photo.dtype}")
-    lead = len(shape) - psf.ndim - channels
-    if lead < 0 or 0 in shape or (channels and shape[-1] not in (3, ALPHA)):
-        raise ValueError(f"expected a photo or stack for a PSF of {psf.ndim} axes, got {shape}")
-    plane = shape[lead : lead + psf.ndim]
-    if any(large > side for large, side in zip(psf.shape, plane, strict=True)):
-        sizes = [" x ".join(map(str, reversed(each))) for each in (psf.shape, plane)]
-        raise CrfDeblurError(
-            f"the PSF, {sizes[0]} pixels, is larger than the image, {sizes[1]}; "
-            "give a smaller PSF or a larger image"
-        )

@@ -52,8 +52,8 @@ def store(array: "Array", path: Path, *, scheduler: str | None = None) -> None:
     Raises
     ------
     CrfDeblurError
-        The place cannot be written, the disk is full, the scheduler does not answer, or what
-        is computed says so.
+        The place cannot be written, the disk is full, the scheduler does not answer or is lost,
+        there are no workers, or what is computed says so.
     """
     drain(storing(array, path, scheduler=scheduler))
 
@@ -100,7 +100,7 @@ def _filling(array: "Array", writer: Writer, crew: Workers) -> Job[None]:
     pending: dict[Any, Region] = {}
     try:
         while done < total:
-            for number in islice(numbers, crew.size + 1 - len(pending)):
+            for number in islice(numbers, max(0, crew.size + 1 - len(pending))):
                 pending[crew.compute(array.blocks[number])] = region_of(array.chunks, number)
             for task in crew.done(pending):
                 writer.write(pending.pop(task), crew.result(task))
@@ -108,8 +108,7 @@ def _filling(array: "Array", writer: Writer, crew: Workers) -> Job[None]:
                 done += 1
             yield Progress("tiles", done, total)
     finally:
-        for task in pending:
-            task.cancel()
+        crew.drop(pending)
 
 
 def region_of(chunks: tuple[tuple[int, ...], ...], number: tuple[int, ...]) -> Region:

@@ -40,7 +40,8 @@ class PsfEstimate:
     ----------
     psf : ndarray, shape (H, W)
         Non-negative, sum 1, both sides odd, in (row, column) pixels; the blurred image is
-        the convolution of the sharp one with it, and its center pixel is the origin.
+        the convolution of the sharp one with it, and its center pixel is the origin. One that
+        was given can have three dimensions, (D, H, W).
     status : PsfStatus
         How far it can be trusted.
     diagnostics : dict of str to float
@@ -182,12 +183,12 @@ def centered(psf: FloatArray) -> FloatArray:
 
     Parameters
     ----------
-    psf : ndarray, shape (H, W)
-        Non-negative, sum 1, both sides odd.
+    psf : ndarray, shape (H, W) or (D, H, W)
+        Non-negative, sum 1, all sides odd.
     """
     pads = []
     for axis, side in enumerate(psf.shape):
-        mass = psf.sum(axis=1 - axis)
+        mass = psf.sum(axis=tuple(other for other in range(psf.ndim) if other != axis))
         off = round(float(mass @ np.arange(side))) - side // 2
         pads.append((max(-2 * off, 0), max(2 * off, 0)))
     return np.pad(psf, pads)

@@ -16,10 +16,11 @@ from ...psf import disk, gaussian, line
 from ...report import draw_psf
 from ..blur_files import SUFFIXES, read_blur, write_blur
 from ..blurs import draw_blur
-from ..layers import drawing_layer, group_color, kernel_of, region_drawn_on
 from ..outputs import name_of
+from ..pixels import kernel_of
 from ..provenance import KEY
 from ..psf_editing import PsfEditing
+from ..shapes import drawing_layer, group_color, region_drawn_on
 from ..step import Level, Message, Step
 from ..steps import estimating_psf
 from ..workspace import doubted, trust_in

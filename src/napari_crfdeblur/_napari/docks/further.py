@@ -8,7 +8,7 @@ from magicgui.widgets import CheckBox, Container, PushButton, Select
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 
-from ..layers import unwrapped
+from ..pixels import unwrapped
 from ..provenance import KEY
 from ..session import Session
 from .forms import tight

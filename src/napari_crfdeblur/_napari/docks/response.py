@@ -18,7 +18,7 @@ from ...linear import Response
 from ...response import Cameras, Gamma, ResponseCurve
 from ..blurs import PLANE
 from ..cameras import UNKNOWN
-from ..layers import unwrapped
+from ..pixels import unwrapped
 from ..preferences import preferences
 from ..provenance import KEY
 from ..state import Fitted

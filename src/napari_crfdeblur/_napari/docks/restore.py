@@ -11,8 +11,9 @@ from napari.layers import Layer
 from ...errors import CrfDeblurError
 from ...large.store import SUFFIXES
 from .. import jobs, outputs
-from ..layers import Region, visible_part
+from ..pixels import Region
 from ..preferences import preferences
+from ..regions import visible_part
 from ..state import Sharp
 from ..step import Step, at_once
 from ..steps import (

@@ -12,7 +12,7 @@ from qtpy.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 
 from ...edges import Edge
 from ...report.content import direction
-from ..layers import group_color
+from ..shapes import group_color
 from ..state import EdgeSet
 
 HEIGHT = 170  # pixels: five rows and the names of the columns

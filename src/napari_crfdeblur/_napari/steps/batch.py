@@ -18,7 +18,7 @@ from ...psf import GivenPsf, PsfField
 from ...response import ResponseCurve
 from .. import jobs, outputs
 from ..blurs import PLANE, Blur, axes_of
-from ..layers import Source, source_of, unwrapped
+from ..pixels import Source, source_of, unwrapped
 from ..step import Effects, Level, Step, at_once
 from ..workspace import Workspace
 

@@ -12,7 +12,8 @@ from ...progress import Job, Progress
 from ...psf import PsfEstimate, PsfEstimator, PsfField, PsfStatus, RadonFit, as_psf
 from .. import jobs, outputs
 from ..blurs import check_fit
-from ..layers import Region, Source, Span, pairs
+from ..pixels import Region, Source
+from ..regions import Span, pairs
 from ..state import Action, EdgeSet
 from ..step import Step, at_once
 from ..workspace import Workspace

@@ -7,7 +7,8 @@ from napari.layers import Image as ImageLayer
 from ...edges import Edge, Line, Rectangle
 from ...errors import CrfDeblurError
 from .. import jobs
-from ..layers import Source, stack_index
+from ..pixels import Source
+from ..regions import stack_index
 from ..state import Action, EdgeSet
 from ..step import Effects, Step, at_once
 from ..workspace import Workspace

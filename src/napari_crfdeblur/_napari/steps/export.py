@@ -21,7 +21,7 @@ from ...report import (
 from ...report.content import usual_curves
 from ..blur_files import write_blur
 from ..blurs import draw_blur, seen
-from ..layers import source_of
+from ..pixels import source_of
 from ..provenance import write_session
 from ..script import as_script
 from ..step import Step, at_once

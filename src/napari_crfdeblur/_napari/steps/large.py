@@ -9,7 +9,7 @@ import numpy as np
 import psutil  # type: ignore[import-untyped]
 from napari.layers import Image as ImageLayer
 
-from ..._typing import FloatArray, Image
+from ..._typing import Image
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...large import check_target, open_source, restore_large, storing
@@ -17,10 +17,9 @@ from ...large import sources as large
 from ...linear import Response
 from ...pipeline import suited_deconvolver
 from ...progress import Job, Progress
-from ...psf import PsfField
 from .. import outputs
-from ..blurs import check_fit
-from ..layers import Region, Source, file_of
+from ..blurs import Blur, check_fit
+from ..pixels import Region, Source, file_of
 from ..state import Action
 from ..step import Step, at_once
 from ..workspace import Workspace
@@ -31,10 +30,6 @@ if TYPE_CHECKING:
 TILE = 512  # rows and columns that are read from the file at a time, to be shown
 SHARE = 0.5  # of the memory that is free: what results may take
 GIGA = 1e9
-ONE_PSF = (
-    "with a PSF for each part, the photo is restored in memory only: estimate one PSF, or restore "
-    "parts of the photo"
-)
 
 
 def restoring_into(
@@ -48,8 +43,6 @@ def restoring_into(
     photo, source = session.source()
     fitted, psf, blur = session.required_response(), session.required_psf(), session.required_blur()
     target = Path(path).absolute()
-    if isinstance(blur, PsfField):
-        raise CrfDeblurError(ONE_PSF)
     check_fit(blur, source)
     check_target(target)
     if file_of(photo) is not None and Path(str(file_of(photo))).resolve() == target.resolve():
@@ -88,13 +81,13 @@ def check_room(source: Source, region: Region) -> None:
 
 
 def _into(
-    source: Source, curve: Response, psf: FloatArray, method: Deconvolver, target: Path
+    source: Source, curve: Response, blur: Blur, method: Deconvolver, target: Path
 ) -> "Job[Array]":
     """Long job: everything restored and written; returns what is in the file, to be read there."""
     import dask.array as da
 
     yield Progress("measuring the photo", 0, 1)
-    lazy = restore_large(_in_unit(source), curve, psf, method, channels=source.rgb)
+    lazy = restore_large(_in_unit(source), curve, blur, method, channels=source.rgb)
     if source.white is not None:
         lazy = da.map_blocks(source.recorded, lazy, dtype=source.dtype)
     yield from storing(lazy, target)

@@ -15,7 +15,8 @@ from ...progress import Job, Progress
 from ...response import ResponseCurve
 from .. import jobs
 from ..jobs import Other
-from ..layers import shown_plane, source_of, unwrapped
+from ..pixels import source_of, unwrapped
+from ..regions import shown_plane
 from ..state import Action, Fitted
 from ..step import Step, at_once
 from ..workspace import Workspace

@@ -17,7 +17,8 @@ from ...psf import GivenPsf, PsfEstimate, PsfField
 from ...response import Gamma, ResponseCurve
 from .. import jobs, outputs
 from ..jobs import Restoration
-from ..layers import Pairs, Region, Source, Span, pairs, stack_index, visible_part
+from ..pixels import Region, Source
+from ..regions import Pairs, Span, pairs, stack_index, visible_part
 from ..state import Action, EdgeSet, Fitted, Linear, Sharp, State
 from ..step import Effects, Step, at_once
 from ..workspace import Workspace

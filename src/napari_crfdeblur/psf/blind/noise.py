@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import ndimage
 
-from ..blurred import Blurred
+from .blurred import Blurred
 
 SECOND = np.array([1.0, -2.0, 1.0])  # difference
 NORMAL_MEDIAN = 0.6745  # of the magnitude of normal noise of deviation 1

@@ -10,11 +10,11 @@ from ....progress import Job, Progress, reporting
 from ...base import PsfEstimate, PsfEstimator, cleared
 from ..blurred import Blurred
 from ..estimation import check_blind, estimating_blindly
+from ..noise import noise_of_gradients
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, resized
 from ..two_phases import searching as searching_edges
 from .extent import off_middle, roomy, shifted, trimmed
 from .gradients import BlurredGradient, Posterior
-from .noise import noise_of_gradients
 
 ROOM = 1.4  # side of the array in which the PSF is found, in sizes: a faint end is found late
 STEPS = 6  # on each level

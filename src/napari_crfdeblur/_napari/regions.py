@@ -1,0 +1,82 @@
+"""Parts of a photo: planes of a stack, what the canvas shows, spans of the axes."""
+
+from collections.abc import Iterator, Sequence
+from itertools import product
+from typing import TypeAlias
+
+import numpy as np
+from napari.components import ViewerModel
+from napari.layers import Image as ImageLayer
+
+from .pixels import Region, Source, source_of
+
+Pairs: TypeAlias = tuple[tuple[int, int], ...]
+"""A region as numbers that can be stored: start and stop of each axis."""
+
+Span: TypeAlias = slice | tuple[int, int]
+"""One axis of a region, in either form."""
+
+
+def region_of(source: Source, spans: Sequence[Span]) -> Region:
+    """A region given by start and stop of each axis.
+
+    Raises
+    ------
+    ValueError
+        Not one span for each axis, or empty, or outside the data.
+    """
+    pairs_ = [(s.start, s.stop) if isinstance(s, slice) else tuple(s) for s in spans]
+    if len(pairs_) != len(source.shape):
+        raise ValueError(f"expected {len(source.shape)} spans, got {len(pairs_)}")
+    for (start, stop), side in zip(pairs_, source.shape, strict=True):
+        if not 0 <= start < stop <= side:
+            raise ValueError(f"expected a span within 0 and {side}, got {start} to {stop}")
+    return tuple(slice(int(start), int(stop)) for start, stop in pairs_)
+
+
+def plane_at(source: Source, index: Sequence[int]) -> Region:
+    """The plane of a stack at an index over all axes but rows and columns."""
+    stack = [(int(i), int(i) + 1) for i in index]
+    return region_of(source, [*stack, *pairs(source.whole[-2:])])
+
+
+def pairs(region: Region) -> Pairs:
+    """A region as numbers that can be stored."""
+    return tuple((int(axis.start), int(axis.stop)) for axis in region)
+
+
+def stack_index(plane: Region) -> tuple[int, ...]:
+    """Index of a plane over all axes but rows and columns; empty for a single picture."""
+    return tuple(int(axis.start) for axis in plane[:-2])
+
+
+def planes_of(region: Region) -> Iterator[Region]:
+    """The region plane by plane: slices of length 1 on all axes but rows and columns."""
+    *stack, rows, columns = region
+    for index in product(*(range(axis.start, axis.stop) for axis in stack)):
+        yield (*(slice(i, i + 1) for i in index), rows, columns)
+
+
+def shown_plane(viewer: ViewerModel, layer: ImageLayer) -> Region:
+    """The plane of a stack that the viewer shows, all rows and columns."""
+    source = source_of(layer, white=1.0)
+    point = np.rint(layer.world_to_data(viewer.dims.point)[-len(source.shape) :])
+    index = np.clip(point, 0, np.array(source.shape) - 1).astype(int)[:-2]
+    return (*(slice(int(i), int(i) + 1) for i in index), *source.whole[-2:])
+
+
+def visible_part(viewer: ViewerModel, layer: ImageLayer, largest: int) -> Region:
+    """What the canvas shows of the plane, at most `largest` rows and columns about its middle."""
+    *stack, rows, columns = shown_plane(viewer, layer)
+    # Corners are given for the level that is drawn; what counts is the finest.
+    ratio = layer.downsample_factors[layer.data_level] if layer.multiscale else np.ones(layer.ndim)
+    corners = np.asarray(layer.corner_pixels * ratio)[:, -2:].astype(int)
+    if np.any(corners[1] <= corners[0]):  # nothing has been drawn yet
+        corners = np.array([[0, 0], [rows.stop, columns.stop]])
+    sides = []
+    for low, high, whole in zip(*corners, (rows, columns), strict=True):
+        low, high = max(int(low), 0), min(int(high) + 1, whole.stop)
+        middle = (low + high) // 2
+        low = max(low, middle - largest // 2)
+        sides.append(slice(low, min(high, low + largest)))
+    return (*stack, *sides)

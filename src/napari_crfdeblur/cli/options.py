@@ -1,0 +1,161 @@
+"""Options that several commands have."""
+
+from argparse import ArgumentParser
+from pathlib import Path
+
+from .kinds import name, odd, positive
+
+RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
+PSFS = ("auto", "edges", "variational", "xu-jia", "fergus", "shan")
+PSF_HELP = (
+    "auto (from the picture), edges (from them alone), variational, xu-jia, fergus, shan (from "
+    "the picture by these methods), or a file (.png, .tif, .npy)"
+)
+METHODS = (
+    "local-shrinkage",
+    "hyper-laplacian",
+    "irls",
+    "total-variation",
+    "richardson-lucy",
+    "wiener",
+)
+
+
+def output(
+    command: ArgumentParser,
+    metavar: str,
+    text: str,
+    default: Path | None = None,
+    *,
+    required: bool = False,
+) -> None:
+    """``-o``, ``--output``."""
+    command.add_argument(
+        "-o",
+        "--output",
+        type=Path,
+        default=default,
+        required=required,
+        metavar=metavar,
+        help=text,
+    )
+
+
+def photo(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
+    """``PHOTO``."""
+    command.add_argument("photo", type=Path, metavar="PHOTO", help=text)
+
+
+def photos(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
+    """``PHOTO ...``."""
+    command.add_argument("photos", type=Path, nargs="+", metavar="PHOTO", help=text)
+
+
+def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
+    """``--response``, and ``--prior``."""
+    command.add_argument(
+        "--response",
+        default="auto",
+        metavar="RESPONSE",
+        help=f"{of}{RESPONSE_HELP} (default: {auto})",
+    )
+    prior(command)
+
+
+def method(command: ArgumentParser) -> None:
+    """``--method`` of deconvolution."""
+    command.add_argument(
+        "--method",
+        choices=METHODS,
+        default="local-shrinkage",
+        help="deconvolution (default: local-shrinkage)",
+    )
+
+
+def seed(command: ArgumentParser) -> None:
+    """``--seed``."""
+    command.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
+
+
+def prior(command: ArgumentParser) -> None:
+    """``--prior``."""
+    command.add_argument(
+        "--prior",
+        metavar="KIND",
+        help="what is assumed of a camera of which nothing is stored: digital, dorf (film and "
+        "digital), srgb, or a response file of it or one like it (default: digital)",
+    )
+
+
+def cameras(command: ArgumentParser) -> None:
+    """``--cameras`` and ``--camera``."""
+    command.add_argument(
+        "--cameras",
+        type=Path,
+        metavar="FOLDER",
+        help="stored cameras: start from what other photos have told of this one",
+    )
+    command.add_argument(
+        "--camera",
+        type=name,
+        metavar="NAME",
+        help="name of the camera, with --cameras (default: what the photo says)",
+    )
+
+
+def psf_size(command: ArgumentParser) -> None:
+    """``--psf-size``."""
+    command.add_argument(
+        "--psf-size",
+        type=odd,
+        metavar="PIXELS",
+        help="largest extent of the PSF (default: found from the picture)",
+    )
+
+
+def edges(command: ArgumentParser) -> None:
+    """``--edges`` and ``--save-edges``, and what :func:`extent` has."""
+    command.add_argument(
+        "--edges", type=Path, metavar="FILE", help="edges to use (.json) instead of finding them"
+    )
+    command.add_argument(
+        "--save-edges",
+        type=Path,
+        metavar="FILE",
+        help="write the edges that were found (.json, or .csv for a spreadsheet)",
+    )
+    extent(command)
+
+
+def extent(command: ArgumentParser) -> None:
+    """``--blur-extent`` and ``--per-channel``."""
+    command.add_argument(
+        "--blur-extent",
+        type=positive,
+        metavar="PIXELS",
+        help="largest width of a blurred edge (default: judged from the photo)",
+    )
+    command.add_argument(
+        "--per-channel",
+        action="store_true",
+        help="one response for each color channel instead of one for all",
+    )
+
+
+def scheduler(command: ArgumentParser) -> None:
+    """``--scheduler``."""
+    command.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="let the workers of a dask.distributed cluster do the work, such as tcp://host:8786",
+    )
+
+
+def report(command: ArgumentParser) -> None:
+    """``--report``."""
+    command.add_argument(
+        "--report",
+        type=Path,
+        metavar="FILE",
+        help="write a page that shows what was found (.html or .png)",
+    )

@@ -1,0 +1,131 @@
+"""What sets the strength of a regularization, measured on samples of a large photo."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._typing import BoolArray, FloatArray, Image
+from ..deconvolution import PlaneStatistics, measure
+from ..deconvolution.tiles import Region, Tile
+from ..linear import Response
+from ..psf import PsfField
+from ..psf.misfit import misfit
+from .recipe import PsfOrField, clipped_in, in_light
+from .sources import Source
+from .windows import pieces
+
+if TYPE_CHECKING:
+    from dask.array import Array
+
+PATCH, PATCHES = 256, 64  # sides and number of the parts from which a photo is known
+WINDOWS = 64  # of a blur that varies, in which is looked what it leaves unexplained
+PLANE = 2  # axes
+
+
+def measure_large(
+    photo: "Source | Image | Array",
+    curve: Response,
+    *,
+    channels: bool,
+    psf: PsfOrField | None = None,
+) -> tuple[PlaneStatistics, ...]:
+    """Noise and contrast of each channel in linear light, and what the PSF leaves unexplained.
+
+    Of photos of more than four megapixels, from patches spread evenly over all of it.
+
+    Parameters
+    ----------
+    photo : Source, ndarray or dask array, shape (..., M, N) or (..., M, N, 3 or 4)
+    curve : ResponseCurve or sequence of 3 of them
+    channels : bool
+        Whether the last axis has the colors.
+    psf : ndarray, shape (H, W) or (D, H, W), or PsfField, optional
+        Checked already. One of three dimensions says nothing of single slices.
+
+    Raises
+    ------
+    CrfDeblurError
+        Pixels that are not finite or outside [0, 1].
+    """
+    patches = [_Patch.of(place, part, curve, channels) for place, part in _parts(photo, channels)]
+    light = np.concatenate([patch.light for patch in patches])
+    found = []
+    for channel in range(light.shape[-1] if channels else 1):
+        own = (..., channel) if channels else ...
+        statistics = measure(np.ascontiguousarray(light[own]))
+        planes = [replace(patch, light=patch.light[own], lost=patch.lost[own]) for patch in patches]
+        found.append(replace(statistics, misfit=_unexplained(planes, psf)))
+    return tuple(found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Patch:
+    """A part of a slice in linear light, its rows and columns, and where it is saturated."""
+
+    place: Region
+    light: FloatArray
+    lost: BoolArray
+
+    @classmethod
+    def of(cls, place: Region, part: Image, curve: Response, channels: bool) -> "_Patch":
+        seen = part[..., :3] if channels else part
+        return cls(place, in_light(part, curve, channels), clipped_in(seen, channels))
+
+
+def _unexplained(patches: Sequence[_Patch], psf: PsfOrField | None) -> float | None:
+    """The misfit of a PSF; of those of all parts, the median of their windows."""
+    if isinstance(psf, PsfField):
+        return _unexplained_by_windows(patches, psf)
+    if psf is None or psf.ndim > PLANE:
+        return None
+    return misfit([patch.light for patch in patches], psf, [patch.lost for patch in patches])
+
+
+def _unexplained_by_windows(patches: Sequence[_Patch], psfs: PsfField) -> float | None:
+    every = [
+        (patch, piece)
+        for patch in patches
+        for piece in pieces(psfs, Tile(patch.place, patch.place))
+    ]
+    some = np.unique(np.linspace(0, len(every) - 1, WINDOWS).round().astype(int))
+    found = [
+        misfit([patch.light[piece.outer]], psfs.at(*piece.center), [patch.lost[piece.outer]])
+        for patch, piece in (every[number] for number in some)
+    ]
+    known = [each for each in found if each is not None]
+    return float(np.median(known)) if known else None
+
+
+def _parts(photo: "Source | Image | Array", channels: bool) -> Iterator[tuple[Region, Image]]:
+    """Rows and columns, and pixels: the slices of a small photo, or patches of a large one."""
+    *stack, rows, columns = photo.shape[: len(photo.shape) - channels]
+    ends = tuple(slice(0, side) for side in photo.shape[len(photo.shape) - channels :])
+    whole = slice(0, rows), slice(0, columns)
+    if prod((*stack, rows, columns)) <= PATCHES * PATCH**2:
+        for index in np.ndindex(*stack):
+            yield whole, _read(photo, index, (*whole, *ends))
+        return
+    slices = np.unique(np.linspace(0, prod(stack) - 1, min(prod(stack), PATCHES)).round())
+    places = list(product(_starts(rows, len(slices)), _starts(columns, len(slices))))
+    for number in slices.astype(int):
+        index = tuple(int(i) for i in np.unravel_index(number, stack)) if stack else ()
+        for top, left in places:
+            place = slice(top, min(top + PATCH, rows)), slice(left, min(left + PATCH, columns))
+            yield place, _read(photo, index, (*place, *ends))
+
+
+def _starts(length: int, slices: int) -> list[int]:
+    """Where patches begin along an axis: at most 8 of them, less if there are many slices."""
+    count = min(-(-length // PATCH), max(1, round((PATCHES / slices) ** 0.5)))
+    return [int(s) for s in np.linspace(0, max(length - PATCH, 0), count)]
+
+
+def _read(photo: "Source | Image | Array", index: tuple[int, ...], place: Region) -> Image:
+    """Pixels of a part of one slice, without the axes of the stack."""
+    region = (*(slice(i, i + 1) for i in index), *place)
+    part = photo.read(region) if isinstance(photo, Source) else np.asarray(photo[region])
+    return part.reshape(part.shape[len(index) :])

@@ -1,0 +1,143 @@
+"""What holds for every method that finds the PSF in the picture."""
+
+import numpy as np
+import pytest
+from blurred_shapes import blurred, scene
+from scipy import ndimage
+
+from napari_crfdeblur._typing import FloatArray
+from napari_crfdeblur.errors import CrfDeblurError
+from napari_crfdeblur.progress import Progress, drain
+from napari_crfdeblur.psf import (
+    Fergus,
+    Shan,
+    Variational,
+    XuJia,
+    camera_shake,
+    estimate_psf,
+    estimating_psf,
+)
+from napari_crfdeblur.quality import kernel_similarity
+
+Method = type[Fergus] | type[Shan] | type[Variational] | type[XuJia]
+
+every_method = pytest.mark.parametrize("method", [Fergus, Shan, Variational, XuJia])
+
+
+@pytest.mark.parametrize(
+    ("method", "size", "seed", "rows", "columns", "least"),
+    # A shift of half a pixel alone costs .1: estimates are centered to whole pixels, and where
+    # the sharp picture lies is not known.
+    [
+        (Fergus, 7, 4, 150, 190, 0.8),
+        (Fergus, 11, 3, 150, 190, 0.8),
+        (Shan, 7, 4, 150, 190, 0.8),
+        (Shan, 11, 3, 150, 190, 0.8),
+        (Variational, 9, 3, 130, 170, 0.8),
+        (Variational, 15, 8, 130, 170, 0.8),
+        (XuJia, 5, 4, 200, 260, 0.85),
+        (XuJia, 9, 3, 200, 260, 0.85),
+        (XuJia, 15, 8, 200, 260, 0.85),
+        (XuJia, 21, 3, 200, 260, 0.85),
+    ],
+)
+def test_it_finds_an_asymmetric_psf_and_not_its_mirror_image(
+    method: Method, size: int, seed: int, rows: int, columns: int, least: float
+) -> None:
+    truth = camera_shake(size, seed)
+    found = estimate_psf(blurred(truth, rows, columns), method(size=size)).psf
+    similarity = kernel_similarity(found, truth)
+    assert similarity > least
+    assert similarity > kernel_similarity(found, truth[::-1, ::-1]) + 0.02
+
+
+@every_method
+def test_the_result_is_a_psf_centered_to_a_pixel(method: Method) -> None:
+    psf = estimate_psf(blurred(camera_shake(9, 8), 80, 100), method(size=9)).psf
+    assert all(side % 2 == 1 for side in psf.shape)
+    assert psf.min() >= 0
+    assert psf.sum() == pytest.approx(1, abs=1e-12)  # rounding
+    centroid = np.array(ndimage.center_of_mass(psf)) - np.array(psf.shape) // 2
+    assert np.abs(centroid).max() <= 0.5 + 1e-9
+
+
+@every_method
+def test_brightness_and_contrast_do_not_matter(method: Method) -> None:
+    photo = blurred(camera_shake(5, 3), 80, 100)
+    first, dim = (estimate_psf(p, method(size=5)).psf for p in (photo, 0.2 + 0.3 * photo))
+    assert kernel_similarity(first, dim) > 0.99  # single precision decides which steps count
+
+
+@every_method
+def test_the_estimate_repeats_exactly(method: Method) -> None:
+    photo = blurred(camera_shake(5, 3), 70, 90)
+    first, second = (estimate_psf(photo, method(size=5)) for _ in range(2))
+    np.testing.assert_array_equal(first.psf, second.psf)
+    assert first.diagnostics == second.diagnostics
+
+
+@every_method
+def test_three_equal_channels_are_one(method: Method) -> None:
+    photo = blurred(camera_shake(5, 4), 80, 100).astype(np.float32)
+    gray = estimate_psf(photo, method(size=5)).psf
+    color = estimate_psf(np.stack([photo] * 3, axis=2), method(size=5)).psf
+    # a third of each of three equal numbers is off by rounding
+    assert kernel_similarity(color, gray) > 0.999
+
+
+@every_method
+def test_clipped_light_is_left_out(method: Method) -> None:
+    truth = camera_shake(7, 4)
+    photo = blurred(truth, 120, 150)
+    clipped = photo > 0.8
+    spoiled = np.where(clipped, 0.8, photo)
+    estimate = estimate_psf(spoiled, method(size=7), clipped=clipped)
+    assert kernel_similarity(estimate.psf, truth) > 0.8
+
+
+@every_method
+@pytest.mark.parametrize(
+    "photo",
+    [
+        np.full((90, 110), 0.4),
+        0.4 + np.random.default_rng(3).normal(0, 0.02, (90, 110)),
+        0.4 + 1e-4 * scene(90, 110),
+    ],
+    ids=["flat", "noise", "hardly any contrast"],
+)
+def test_a_featureless_picture_is_refused_with_advice(method: Method, photo: FloatArray) -> None:
+    with pytest.raises(CrfDeblurError, match="choose a region"):
+        estimate_psf(photo, method(size=9))
+
+
+@every_method
+@pytest.mark.parametrize("shape", [(60, 200), (200, 50)])
+def test_a_psf_that_does_not_fit_is_refused_with_advice(
+    method: Method, shape: tuple[int, int]
+) -> None:
+    with pytest.raises(CrfDeblurError, match="choose a smaller PSF size"):
+        estimate_psf(scene(*shape), method(size=21))
+
+
+@every_method
+@pytest.mark.parametrize(("size", "region"), [(4, 512), (1, 512), (31, 0)])
+def test_impossible_sizes_are_refused(method: Method, size: int, region: int) -> None:
+    with pytest.raises(ValueError, match="expected"):
+        method(size=size, region=region)
+
+
+@every_method
+def test_progress_rises_to_the_total_and_closing_stops(method: Method) -> None:
+    photo = blurred(camera_shake(5, 4), 60, 70)
+    reports: list[Progress] = []
+    drain(estimating_psf(photo, method(size=5)), reports.append)
+    # the steps around the search report, too
+    done = [report.done for report in reports if report.total == reports[-1].total]
+    assert done == sorted(done)
+    assert done[-1] == reports[-1].total
+    job = estimating_psf(photo, method(size=5))
+    for _ in range(len(reports) // 2):
+        next(job)
+    job.close()
+    with pytest.raises(StopIteration):
+        next(job)
