@@ -21,12 +21,12 @@ from napari_crfdeblur import DeblurOptions
 from napari_crfdeblur.fourier import fast_shape, forward, inverse
 from napari_crfdeblur.linear import reapply
 from napari_crfdeblur.pipeline import (
+    DEFAULT_METHOD,
     estimating_responses,
     finding_blur,
     gathering_profiles,
     joint_curve,
     seeking_edges,
-    suited_deconvolver,
     undoing_blur,
 )
 from napari_crfdeblur.progress import drain
@@ -78,7 +78,7 @@ def main() -> None:
     groups, sampling = timed(lambda: drain(gathering_profiles(options.response, photo, edges)))
     _, fitting = timed(lambda: drain(estimating_responses(groups, options.response)))
     found, finding = timed(lambda: drain(finding_blur(photo, options)))
-    method = suited_deconvolver(found.psf)
+    method = DEFAULT_METHOD
     sharp_linear, deconvolving = timed(lambda: drain(undoing_blur(found, method)))
     sharp, applying = timed(
         lambda: reapply(sharp_linear, joint_curve(found.responses), photo.dtype)

@@ -35,7 +35,6 @@ from .psf import (
     PsfEstimate,
     PsfEstimator,
     PsfField,
-    PsfStatus,
     RadonFit,
     Variational,
     estimating_psf,
@@ -44,10 +43,7 @@ from .psf import (
 )
 from .response import dorf_mean
 
-# What an estimated PSF and the compression of a photo leave unexplained, over the contrast. On
-# really blurred photos of known truth, and on JPEG photos, less rings; where the PSF is found
-# exactly and nothing is compressed, as in drawn scenes, .005 would be 1 to 3 dB better.
-BLIND_ERROR = 0.01
+DEFAULT_METHOD: Deconvolver = LocalShrinkage()  # the best on photos
 # A PSF of 20 pixels looks alike along normals this near each other, to a sixth of a pixel.
 NARROW = ByOrientation(tolerance=radians(1))
 
@@ -70,8 +66,7 @@ class DeblurOptions:
         :class:`~.psf.GivenPsf` if it is known. :class:`~.psf.RadonFit` finds it from the
         straight edges alone.
     method : Deconvolver, optional
-        How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`, which
-        allows for the errors of an estimated PSF.
+        How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`.
     regions : int or (int, int), optional
         Rows and columns of parts of the photo, or parts along its longer side, each of which
         gets a PSF of its own; by default one PSF serves the whole photo.
@@ -206,7 +201,7 @@ def deblurring(photo: Image, options: DeblurOptions | None = None) -> Job[Deblur
     """Job of :func:`deblur`: reports progress, can be stopped."""
     options = options or DeblurOptions()
     found = yield from finding_blur(photo, options)
-    method = options.method or suited_deconvolver(found.psf)
+    method = options.method or DEFAULT_METHOD
     sharp_linear = yield from undoing_blur(found, method)
     curve = joint_curve(found.responses)
     sharp = yield from reapplying(sharp_linear, curve, photo.dtype)
@@ -336,12 +331,6 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
     return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
-
-
-def suited_deconvolver(psf: PsfEstimate) -> Deconvolver:
-    """The default method, which allows for the errors of an estimated PSF."""
-    given = psf.status is PsfStatus.GIVEN
-    return LocalShrinkage()
 
 
 def with_alpha_of(photo: Image, colors: Image) -> Image:

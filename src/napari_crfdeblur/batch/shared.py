@@ -19,11 +19,10 @@ from ..pipeline import (
     finding_blur,
     gathering_profiles,
     seeking_edges,
-    suited_deconvolver,
 )
 from ..profiles import ProfileGroup
 from ..progress import Job, Progress, nth
-from ..psf import GivenPsf, PsfEstimate, PsfStatus
+from ..psf import GivenPsf, PsfEstimate
 from ..quality import kernel_similarity
 from .journal import Journal, fingerprint
 
@@ -88,10 +87,7 @@ def sharing_psf(
         found = yield from _measuring(options, candidates, count)
         write_psf(path, _most_alike([each.psf for each in found]))
         journal.keep("psf", way, [*asked])
-    psf = read_psf(path)
-    # handed on as a given one, but no more certain than that
-    method = options.method or suited_deconvolver(PsfEstimate(psf, PsfStatus.GOOD))
-    return replace(options, psf=GivenPsf(psf), method=method)
+    return replace(options, psf=GivenPsf(read_psf(path)))
 
 
 def settings_of(options: DeblurOptions) -> dict[str, object]:

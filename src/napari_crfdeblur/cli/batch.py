@@ -5,7 +5,7 @@ from argparse import Namespace
 from ..batch import Batch, BatchResult, Fate, PsfOf, deblurring_files
 from ..pipeline import DeblurOptions
 from .bar import run
-from .choices import deconvolver, psf_estimator, response_fits
+from .choices import DECONVOLVERS, psf_estimator, response_fits
 
 WHOSE = {each.name.lower(): each for each in PsfOf}
 
@@ -28,7 +28,7 @@ def _batch(arguments: Namespace) -> Batch:
         response=response_fits(arguments),
         blur_extent=arguments.blur_extent,
         psf=given,
-        method=deconvolver(arguments.method, "auto" if whose else arguments.psf),
+        method=DECONVOLVERS[arguments.method](),
     )
     return Batch(
         photos=arguments.photos,

@@ -27,7 +27,6 @@ from ..estimate import (
     Tail,
 )
 from ..io import read_psf, read_responses
-from ..pipeline import BLIND_ERROR
 from ..psf import (
     Fergus,
     GivenPsf,
@@ -48,15 +47,14 @@ from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePr
 Prior: TypeAlias = Cameras | ResponsePrior
 Fits: TypeAlias = ResponseFit | Sequence[ResponseFit]
 
-# Methods with a prior, whose weight allows for the errors of the PSF.
-PRIORS: dict[str, type[HyperLaplacian | LocalShrinkage | SparseIrls | TotalVariation | Wiener]] = {
+DECONVOLVERS: dict[str, Callable[[], Deconvolver]] = {
     "local-shrinkage": LocalShrinkage,
     "hyper-laplacian": HyperLaplacian,
     "irls": SparseIrls,
     "total-variation": TotalVariation,
+    "richardson-lucy": RichardsonLucy,
     "wiener": Wiener,
 }
-
 
 PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] = {
     "auto": lambda size: Variational(size=size) if size else None,
@@ -66,13 +64,6 @@ PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] =
     "fergus": lambda size: Fergus(size=size),
     "shan": lambda size: Shan(size=size),
 }
-
-
-def deconvolver(name: str, psf: str) -> Deconvolver:
-    """Method for ``--method``; an estimated PSF is less certain than a given one."""
-    if name == "richardson-lucy":
-        return RichardsonLucy()
-    return PRIORS[name](model_error=BLIND_ERROR) if psf in PSF_METHODS else PRIORS[name]()
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:

@@ -44,7 +44,7 @@ from ..simulate import simulate as expose
 from .bar import run
 from .batch import batch as batch  # one of the commands
 from .choices import (
-    deconvolver,
+    DECONVOLVERS,
     fits_named,
     known_response,
     psf_estimator,
@@ -121,7 +121,7 @@ def _deblur_options(arguments: Namespace) -> DeblurOptions:
         _options(arguments),
         response=response_fits(arguments),
         psf=psf_estimator(arguments.psf, arguments.psf_size),
-        method=deconvolver(arguments.method, arguments.psf),
+        method=DECONVOLVERS[arguments.method](),
         regions=arguments.varying,
     )
 

@@ -13,12 +13,12 @@ from ..large.sources import NPY, ZARR
 from ..large.tiff import size_of_page
 from ..photo import check_photo
 from ..pipeline import (
+    DEFAULT_METHOD,
     DeblurOptions,
     FoundBlur,
     edges_needed,
     finding_blur,
     joint_curve,
-    suited_deconvolver,
 )
 from ..psf import GivenPsf, PsfEstimate
 from ..report import Report
@@ -82,7 +82,7 @@ def deblur_in_tiles(
         raise CrfDeblurError(f"{arguments.photo}: {error}") from error
     found = run(finding_blur(part, options))
     curve = joint_curve(found.responses)
-    method = options.method or suited_deconvolver(found.psf)
+    method = options.method or DEFAULT_METHOD
     blur = found.field or found.psf.psf
     array = restore_large(source, curve, blur, method, channels=source.color)
     run(storing(array, output, scheduler=arguments.scheduler, source=source))

@@ -11,12 +11,13 @@ from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress, drain, reporting
 from ..psf.field.base import PsfField
-from ..psf.misfit import misfit
+from ..psf.misfit import evenly, misfit
 from .base import Deconvolver
 from .noise import PlaneStatistics, measure
 
 SMALLEST = 72  # pixels between windows; below, the overlap is most of the work
 CHANGE = 1.5  # pixels that the ends of the PSF move from one window to the next
+JUDGED = 64  # windows, at most, in which is looked what their PSFs leave unexplained
 MARGIN = 2.0  # sides of the PSF around a window, of which nothing is kept, as around tiles
 
 
@@ -137,7 +138,7 @@ def _judging(
 ) -> Job[PlaneStatistics]:
     """Job: statistics of a whole plane, whose misfit is the median of those of its windows."""
     misfits = []
-    for window in windows:
+    for window in evenly(windows, JUDGED):
         yield at
         lost = None if clipped is None else [clipped[window.outer]]
         misfits.append(misfit([plane[window.outer]], psfs.at(*window.center), lost))
@@ -148,7 +149,7 @@ def _judging(
 def _windows(psfs: PsfField) -> Iterator[_Window]:
     margin = [ceil(MARGIN * side) for side in psfs.psfs.shape[2:]]
     axes = [
-        list(_spans(side, _count(side, pace), wide))
+        list(spans(side, window_count(side, pace), wide))
         for side, pace, wide in zip(psfs.shape, psfs.pace, margin, strict=True)
     ]
     for (row, rows, wide_rows, down), (column, columns, wide_columns, across) in product(*axes):
@@ -156,12 +157,12 @@ def _windows(psfs: PsfField) -> Iterator[_Window]:
         yield _Window((rows, columns), (wide_rows, wide_columns), weight, (row, column))
 
 
-def _count(side: int, pace: float) -> int:
+def window_count(side: int, pace: float) -> int:
     """Windows along an axis: where the PSF has changed there is the next, but none is too near."""
     return max(1, min(round(side / (CHANGE * pace) + 0.5), side // SMALLEST))
 
 
-def _spans(side: int, count: int, margin: int) -> Iterator[tuple[float, slice, slice, FloatArray]]:
+def spans(side: int, count: int, margin: int) -> Iterator[tuple[float, slice, slice, FloatArray]]:
     """Middle, pixels with weight, pixels with the margin, and weights of windows of an axis.
 
     Middles are the same distance apart, half of it from the borders; a weight falls from 1 at

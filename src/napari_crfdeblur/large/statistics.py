@@ -11,9 +11,10 @@ import numpy as np
 from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
+from ..deconvolution.varying import JUDGED
 from ..linear import Response
 from ..psf import PsfField
-from ..psf.misfit import misfit
+from ..psf.misfit import evenly, misfit
 from .recipe import PsfOrField, clipped_in, in_light
 from .sources import Source
 from .windows import pieces
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from dask.array import Array
 
 PATCH, PATCHES = 256, 64  # sides and number of the parts from which a photo is known
-WINDOWS = 64  # of a blur that varies, in which is looked what it leaves unexplained
 PLANE = 2  # axes
 
 
@@ -91,10 +91,9 @@ def _unexplained_by_windows(patches: Sequence[_Patch], psfs: PsfField) -> float 
         for patch in patches
         for piece in pieces(psfs, Tile(patch.place, patch.place))
     ]
-    some = np.unique(np.linspace(0, len(every) - 1, WINDOWS).round().astype(int))
     found = [
         misfit([patch.light[piece.outer]], psfs.at(*piece.center), [patch.lost[piece.outer]])
-        for patch, piece in (every[number] for number in some)
+        for patch, piece in evenly(every, JUDGED)
     ]
     known = [each for each in found if each is not None]
     return float(np.median(known)) if known else None

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._typing import FloatArray
 from ..deconvolution.tiles import Region, Tile
-from ..deconvolution.varying import MARGIN, _count, _spans
+from ..deconvolution.varying import MARGIN, spans, window_count
 from ..psf import PsfField
 
 
@@ -45,7 +45,10 @@ def pieces(psfs: PsfField, tile: Tile) -> Iterator[Piece]:
     the tile, so that both sides of the cut agree as far as those of tiles do.
     """
     axes = [
-        [_Cut(own, wide, *span) for span in _spans(side, _count(side, pace), ceil(MARGIN * large))]
+        [
+            _Cut(own, wide, *span)
+            for span in spans(side, window_count(side, pace), ceil(MARGIN * large))
+        ]
         for side, pace, large, own, wide in zip(
             psfs.shape, psfs.pace, psfs.psfs.shape[2:], tile.inner, tile.outer, strict=True
         )

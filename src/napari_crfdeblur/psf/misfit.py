@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,6 +26,8 @@ RINGS, SECTORS = 8, 8  # in which the sharp picture has the same power
 TOGETHER = 16  # frequencies that are fitted as one
 ERRORS = 2  # parts of what is unexplained: white, and falling
 NOTHING = 1e-12  # share of the power that is none: rounding
+
+T = TypeVar("T")
 
 
 def misfit(
@@ -65,7 +68,7 @@ def misfit(
     if len(shape) != 2 or min(shape) < max(FEWEST, 2 * max(psf.shape)):
         return None
     found = _Spectra.seen(parts, clipped, shape)
-    if found.area < LEAST_AREA * len(list(_places(parts, shape))) and clipped is not None:
+    if found.share < LEAST_AREA and clipped is not None:
         return misfit(parts, psf)
     if not found.blurred.any():
         return 0.0
@@ -85,13 +88,13 @@ class _Spectra:
     ----------
     blurred, tapers : ndarray, shape (P, Q // 2 + 1)
         Half spectra; noise of variance 1 has a mean power of 1 in the first.
-    area : float
-        Of the picture that is seen, in windows.
+    share : float
+        Of the windows that is away from clipped pixels.
     """
 
     blurred: FloatArray
     tapers: FloatArray
-    area: float
+    share: float
 
     @classmethod
     def seen(
@@ -104,7 +107,8 @@ class _Spectra:
         hann = np.outer(*(signal.windows.hann(side, sym=False) for side in shape))
         blurred, tapers = np.zeros((2, shape[0], shape[1] // 2 + 1))
         whole, area = _powers(hann), 0.0
-        for part, box in _places(parts, shape):
+        places = evenly([*product(range(len(parts)), _boxes(parts[0].shape, shape))], WINDOWS)
+        for part, box in places:
             lost = None if clipped is None else arrays.to_numpy(clipped[part][box])
             taper = hann if lost is None or not lost.any() else hann * _away_from(lost)
             window = arrays.to_numpy(parts[part][box])
@@ -112,8 +116,8 @@ class _Spectra:
             blurred += _powers((window - mean) * taper)
             tapers += whole if taper is hann else _powers(taper)
             area += np.square(taper).sum()
-        once = np.square(hann).sum()
-        return cls(blurred / max(area, NOTHING), tapers / max(area, NOTHING), area / once)
+        share = float(area / np.square(hann).sum() / len(places))
+        return cls(blurred / max(area, NOTHING), tapers / max(area, NOTHING), share)
 
 
 def _away_from(clipped: BoolArray) -> FloatArray:
@@ -123,13 +127,10 @@ def _away_from(clipped: BoolArray) -> FloatArray:
     return mask
 
 
-def _places(
-    parts: Sequence[FloatArray], shape: tuple[int, ...]
-) -> Iterator[tuple[int, tuple[slice, ...]]]:
-    """Numbers of parts and windows in them: some of all those, evenly."""
-    every = list(product(range(len(parts)), _boxes(parts[0].shape, shape)))
-    for number in np.unique(np.linspace(0, len(every) - 1, WINDOWS).round().astype(int)):
-        yield every[number]
+def evenly(items: Sequence[T], most: int) -> list[T]:
+    """At most so many of the items, the first and the last among them, evenly in between."""
+    places = np.linspace(0, len(items) - 1, min(most, len(items))).round().astype(int)
+    return [items[place] for place in places]
 
 
 def _boxes(shape: tuple[int, ...], sides: tuple[int, ...]) -> Iterator[tuple[slice, ...]]:

@@ -19,7 +19,6 @@ from ...estimate import (
     RankMinimization,
     Tail,
 )
-from ...pipeline import BLIND_ERROR
 from ...psf import Fergus, RadonFit, Shan, Variational, XuJia
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
@@ -97,10 +96,10 @@ def deconvolvers() -> dict[str, Any]:
     """How the blur can be undone."""
     return {
         AUTOMATIC: None,
-        "local shrinkage": LocalShrinkage(model_error=BLIND_ERROR),
-        "hyper-Laplacian": HyperLaplacian(model_error=BLIND_ERROR),
-        "sparse (IRLS)": SparseIrls(model_error=BLIND_ERROR),
-        "total variation": TotalVariation(model_error=BLIND_ERROR),
-        "Wiener": Wiener(model_error=BLIND_ERROR),
+        "local shrinkage": LocalShrinkage(),
+        "hyper-Laplacian": HyperLaplacian(),
+        "sparse (IRLS)": SparseIrls(),
+        "total variation": TotalVariation(),
+        "Wiener": Wiener(),
         "Richardson-Lucy": RichardsonLucy(),
     }

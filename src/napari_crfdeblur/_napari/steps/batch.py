@@ -12,7 +12,7 @@ from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse
 from ...linear import Response
-from ...pipeline import DeblurOptions, suited_deconvolver
+from ...pipeline import DEFAULT_METHOD, DeblurOptions
 from ...progress import Job, Progress
 from ...psf import GivenPsf, PsfField
 from ...response import ResponseCurve
@@ -114,7 +114,7 @@ def restoring_files(
 
 
 def _tools(session: Workspace, method: Deconvolver | None) -> tuple[Response, Blur, Deconvolver]:
-    used = method or suited_deconvolver(session.required_psf())
+    used = method or DEFAULT_METHOD
     return session.required_response().curve, session.required_blur(), used
 
 

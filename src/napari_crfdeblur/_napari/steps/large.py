@@ -15,7 +15,7 @@ from ...errors import CrfDeblurError
 from ...large import check_target, open_source, restore_large, storing
 from ...large import sources as large
 from ...linear import Response
-from ...pipeline import suited_deconvolver
+from ...pipeline import DEFAULT_METHOD
 from ...progress import Job, Progress
 from .. import outputs
 from ..blurs import Blur, check_fit
@@ -41,7 +41,7 @@ def restoring_into(
 ) -> Step[Any, ImageLayer]:
     """Step of :meth:`Session.restore_into`."""
     photo, source = session.source()
-    fitted, psf, blur = session.required_response(), session.required_psf(), session.required_blur()
+    fitted, blur = session.required_response(), session.required_blur()
     target = Path(path).absolute()
     check_fit(blur, source)
     check_target(target)
@@ -50,7 +50,7 @@ def restoring_into(
     if target.exists() and not overwrite:
         raise CrfDeblurError(f"{target}: is there already; give another name")
     action = Action.of("restore_into", path=str(target), method=method)
-    used = method or suited_deconvolver(psf)
+    used = method or DEFAULT_METHOD
 
     @at_once
     def finish(stored: Any) -> ImageLayer:

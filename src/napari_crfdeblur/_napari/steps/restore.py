@@ -11,7 +11,7 @@ from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse, ResponseFit
 from ...linear import Response
-from ...pipeline import DeblurOptions, edges_needed, suited_deconvolver
+from ...pipeline import DEFAULT_METHOD, DeblurOptions, edges_needed
 from ...progress import Job
 from ...psf import GivenPsf, PsfEstimate, PsfField
 from ...response import Gamma, ResponseCurve
@@ -56,7 +56,7 @@ def deconvolving(
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.deconvolve`."""
     photo, source = session.source()
-    linear, psf = session.state.linear, session.required_psf()
+    linear = session.state.linear
     if linear is None:
         raise CrfDeblurError(NOT_LINEAR)
     action = Action.of("deconvolve", method=method)
@@ -68,7 +68,7 @@ def deconvolving(
         session.commit(photo, replace(state, sharp=Sharp(layer, linear)))
         return layer
 
-    light, used = np.asarray(linear.layer.data), method or suited_deconvolver(psf)
+    light, used = np.asarray(linear.layer.data), method or DEFAULT_METHOD
     job = jobs.sharpening(source, light, linear.region, session.required_blur(), used)
     return Step("deconvolving", job, finish)
 
@@ -100,10 +100,10 @@ def restoring(
 ) -> Step[Restoration, ImageLayer]:
     """Step of :meth:`Session.restore`: linearize, deconvolve and re-apply in one."""
     photo, source = session.source()
-    fitted, psf = session.required_response(), session.required_psf()
+    fitted = session.required_response()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
-    used = method or suited_deconvolver(psf)
+    used = method or DEFAULT_METHOD
     actions = _restoring_actions(method, None if region is None else pairs(where))
 
     def finish(made: Restoration) -> Effects[ImageLayer]:
@@ -123,11 +123,10 @@ def comparing(
 ) -> Step[Restoration, ImageLayer]:
     """Step of :meth:`Session.compare_with`."""
     photo, source = session.source()
-    psf = session.required_psf()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
     assumed = curve or Gamma(2.2)
-    used = method or suited_deconvolver(psf)
+    used = method or DEFAULT_METHOD
     action = Action.of(
         "compare_with",
         curve=curve,
@@ -155,7 +154,6 @@ def previewing(
 ) -> Step[Image, ImageLayer]:
     """Step of :meth:`Session.preview`: what is visible, restored and shown in place."""
     photo, source = session.source()
-    psf = session.required_psf()
     curve = session.required_response().curve if curve is None else curve
     region = visible_part(session.viewer, photo, LARGEST_PREVIEW)
 
@@ -163,7 +161,7 @@ def previewing(
     def finish(pixels: Image) -> ImageLayer:
         return outputs.show_preview(session, photo, pixels, region)
 
-    used = method or suited_deconvolver(psf)
+    used = method or DEFAULT_METHOD
     job = jobs.previewing(source, region, curve, session.required_blur(), used)
     return Step("preview", job, finish)
 
@@ -223,7 +221,7 @@ def _whole_path(
     field = yield from jobs.seeking_field(
         source, plane, fitted.curve, options.psf, psf, regions=options.regions, extent=extent
     )
-    method, blur = options.method or suited_deconvolver(psf), psf.psf if field is None else field
+    method, blur = options.method or DEFAULT_METHOD, psf.psf if field is None else field
     made = yield from jobs.restoring(source, source.whole, fitted.curve, blur, method)
     return Whole(found, fitted, psf, field, made)
 
