@@ -4,7 +4,7 @@ from scipy import ndimage
 
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import PsfStatus, XuJia, camera_shake, estimate_psf, estimating_psf
-from napari_crfdeblur.psf.blind.region import informative_region
+from napari_crfdeblur.psf.blind.region import Overview
 from napari_crfdeblur.quality import kernel_similarity
 
 
@@ -30,7 +30,7 @@ def test_the_size_may_be_larger_than_the_blur() -> None:
 
 def test_only_the_region_decides() -> None:
     photo = blurred(camera_shake(9, 3), 300, 340)
-    chosen = photo[informative_region(photo, 130, 9)]
+    chosen = photo[Overview.of(photo).informative_region(130, 9)]
     assert chosen.shape == (130, 130)
     whole = estimate_psf(photo, XuJia(size=9, region=130)).psf
     np.testing.assert_array_equal(whole, estimate_psf(chosen, XuJia(size=9)).psf)
@@ -40,7 +40,7 @@ def test_the_region_lies_on_the_edges_and_off_the_saturated_light() -> None:
     picture = np.full((200, 300), 0.4)
     picture[20:80, 20:80] = 0.8
     picture[110:190, 200:290] = 1.0
-    chosen = picture[informative_region(picture, 100, 5)]
+    chosen = picture[Overview.of(picture).informative_region(100, 5)]
     assert chosen.max() == 0.8
     assert (chosen == 0.8).sum() == 60 * 60
 
@@ -48,7 +48,7 @@ def test_the_region_lies_on_the_edges_and_off_the_saturated_light() -> None:
 def test_a_large_picture_is_searched_coarsely() -> None:
     picture = np.full((2050, 2304), 0.4)
     picture[1500:1600, 700:800] = 0.8
-    assert (picture[informative_region(picture, 201, 21)] == 0.8).sum() == 100 * 100
+    assert (picture[Overview.of(picture).informative_region(201, 21)] == 0.8).sum() == 100 * 100
 
 
 def test_progress_rises_to_the_total() -> None:

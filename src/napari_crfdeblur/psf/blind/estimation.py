@@ -1,5 +1,6 @@
 """The steps that every blind estimator shares: from a photo to what it searches, and back."""
 
+from abc import abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,11 +8,11 @@ import numpy as np
 from ..._typing import BoolArray, FloatArray
 from ...errors import CrfDeblurError
 from ...progress import Job, Progress
-from ..base import PsfEstimate, centered
+from ..base import PsfEstimate, PsfEstimator, centered
 from .blurred import Blurred
 from .colors import gray_of
 from .confidence import diagnose, judge
-from .region import informative_region
+from .region import Overview
 from .search import Search
 from .size import cut, finding_size, odd
 from .two_phases import searching
@@ -21,18 +22,39 @@ GROWTH = 1.5  # of an array that has cut the PSF
 TRIES = 3  # arrays at most
 
 
-def check_blind(size: int | None, region: int) -> None:
-    """Refuse impossible options of a blind estimator.
+@dataclass(frozen=True, slots=True)
+class BlindEstimator(PsfEstimator):
+    """A method that finds a PSF in the blurred picture alone.
 
-    Raises
-    ------
-    ValueError
-        A size that is even or less than 3, or a region without a pixel.
+    Parameters
+    ----------
+    size : int, optional
+        Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
+    region : int
+        Longest side in pixels of the part of the picture that is used, or three PSF sizes if
+        that is more (:class:`~.region.Overview`).
     """
-    if size is not None and (size < 3 or size % 2 == 0):
-        raise ValueError(f"expected an odd PSF size of at least 3, got {size}")
-    if region < 1:
-        raise ValueError(f"expected a region of at least 1 pixel, got {region}")
+
+    size: int | None = None
+    region: int = 512
+
+    def __post_init__(self) -> None:
+        if self.size is not None and (self.size < 3 or self.size % 2 == 0):
+            raise ValueError(f"expected an odd PSF size of at least 3, got {self.size}")
+        if self.region < 1:
+            raise ValueError(f"expected a region of at least 1 pixel, got {self.region}")
+
+    @abstractmethod
+    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
+        """Long job, the method proper: a PSF of about `size` x `size` pixels."""
+
+    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF of a linear image."""
+        return (
+            yield from estimating_blindly(
+                linear, clipped, self.searching, size=self.size, region=self.region
+            )
+        )
 
 
 def estimating_blindly(
@@ -46,7 +68,7 @@ def estimating_blindly(
     """Long job: find a PSF with `search`, and everything around it.
 
     Color becomes the gray of greatest contrast (:func:`~.colors.gray_of`); of a large photo the
-    most informative square is searched (:func:`~.region.informative_region`), but not what
+    most informative square is searched (:class:`~.region.Overview`), but not what
     lies near clipped pixels (:class:`~.blurred.Blurred`); the PSF is centered, and judged by
     whether parts of the picture agree on it (:func:`~.confidence.diagnose`).
 
@@ -71,7 +93,7 @@ def estimating_blindly(
     """
     _check_sides(linear, size or 3)
     yield Progress("blind PSF", 0, 1)
-    light = _Light(*gray_of(linear, clipped), region)
+    light = _Light.of(*gray_of(linear, clipped), region)
     if size is None:
         psf, blurred = yield from _unsized(light, search)
     else:
@@ -83,16 +105,21 @@ def estimating_blindly(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Light:
-    """A plane, its clipped pixels, and the longest side of a region of it."""
+    """A plane, its clipped pixels, the whole made small, and the longest side of a region."""
 
     gray: FloatArray
     clipped: BoolArray | None
+    overview: Overview
     region: int
+
+    @classmethod
+    def of(cls, gray: FloatArray, clipped: BoolArray | None, region: int) -> "_Light":
+        return cls(gray, clipped, Overview.of(gray, clipped), region)
 
     def around(self, size: int, widest: int | None = None) -> Blurred:
         """What a PSF of so many pixels is searched in."""
         side = max(min(self.region, widest or self.region), 3 * size)
-        part = informative_region(self.gray, side, size, self.clipped)
+        part = self.overview.informative_region(side, size)
         clipped = None if self.clipped is None else self.clipped[part]
         return Blurred.of(self.gray[part], clipped, size)
 

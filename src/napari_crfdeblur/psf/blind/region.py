@@ -1,5 +1,7 @@
 """The part of a large photo that says most about its blur."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import ndimage
 
@@ -11,48 +13,74 @@ SATURATED = 0.99  # of full scale: clipped light is not a convolution any more
 FINEST = 1024  # pixels of the shorter side that are looked at
 
 
-def informative_region(
-    linear: FloatArray, side: int, size: int, clipped: BoolArray | None = None
-) -> tuple[slice, slice]:
-    """Square of at most `side` pixels whose edges are most useful to find a PSF.
-
-    The photo is halved until it is small; every gradient counts by its magnitude times its
-    :func:`usefulness`, and not at all next to saturated pixels; the square with the greatest
-    sum is taken.
+@dataclass(frozen=True, slots=True, eq=False)
+class Overview:
+    """A large photo made small, in which its most useful regions are looked for.
 
     Parameters
     ----------
-    linear : ndarray, shape (M, N)
-        Relative irradiance.
-    side : int
-        Longest side of the region in pixels; a photo that is smaller is taken whole.
-    size : int
-        Extent of the PSF in pixels.
-    clipped : ndarray of bool, shape (M, N), optional
-        Pixels that the camera saturated; by default those near full scale.
-
-    Returns
-    -------
-    tuple of slice
-        Rows and columns, of ``min(M, side)`` and ``min(N, side)`` pixels.
+    shape : (M, N)
+        Of the photo, pixels.
+    every : int
+        Pixels of the photo to a side of a pixel here.
+    coarse : ndarray, shape (M // every, N // every)
+        Means of the photo.
+    clipped : ndarray of bool, the shape of `coarse`
+        Where any pixel is saturated.
     """
-    shape = min(linear.shape[0], side), min(linear.shape[1], side)
-    if shape == linear.shape:
-        return slice(0, shape[0]), slice(0, shape[1])
-    every = max(1, min(linear.shape) // FINEST)
-    coarse = _binned(linear, every)
-    differences = gradient(coarse)
-    worth = usefulness(differences, max(size // every, 1)) * np.hypot(*differences)
-    near = max(size // every, 1) | 1
-    if clipped is None:
-        worth[ndimage.maximum_filter(coarse, near) >= SATURATED] = 0
-    else:
-        worth[ndimage.maximum_filter(_binned(clipped, every) > 0, near)] = 0
-    top, left = _richest(worth, (shape[0] // every, shape[1] // every))
-    return (
-        _slice(top * every, shape[0], linear.shape[0]),
-        _slice(left * every, shape[1], linear.shape[1]),
-    )
+
+    shape: Shape
+    every: int
+    coarse: FloatArray
+    clipped: BoolArray
+
+    @classmethod
+    def of(cls, linear: FloatArray, clipped: BoolArray | None = None) -> "Overview":
+        """Halve a photo until it is small.
+
+        Parameters
+        ----------
+        linear : ndarray, shape (M, N)
+            Relative irradiance.
+        clipped : ndarray of bool, shape (M, N), optional
+            Pixels that the camera saturated; by default those near full scale.
+        """
+        shape = linear.shape[0], linear.shape[1]
+        every = max(1, min(shape) // FINEST)
+        coarse = _binned(linear, every)
+        lost = coarse >= SATURATED if clipped is None else _binned(clipped, every) > 0
+        return cls(shape, every, coarse, lost)
+
+    def informative_region(self, side: int, size: int) -> tuple[slice, slice]:
+        """Square of at most `side` pixels whose edges are most useful to find a PSF.
+
+        Every gradient counts by its magnitude times its :func:`usefulness`, and not at all next to
+        saturated pixels; the square with the greatest sum is taken.
+
+        Parameters
+        ----------
+        side : int
+            Longest side of the region in pixels; a photo that is smaller is taken whole.
+        size : int
+            Extent of the PSF in pixels.
+
+        Returns
+        -------
+        tuple of slice
+            Rows and columns, of ``min(M, side)`` and ``min(N, side)`` pixels.
+        """
+        shape = min(self.shape[0], side), min(self.shape[1], side)
+        if shape == self.shape:
+            return slice(0, shape[0]), slice(0, shape[1])
+        differences = gradient(self.coarse)
+        reach = max(size // self.every, 1)
+        worth = usefulness(differences, reach) * np.hypot(*differences)
+        worth[ndimage.maximum_filter(self.clipped, reach | 1)] = 0
+        top, left = _richest(worth, (shape[0] // self.every, shape[1] // self.every))
+        return (
+            _slice(top * self.every, shape[0], self.shape[0]),
+            _slice(left * self.every, shape[1], self.shape[1]),
+        )
 
 
 def usefulness(differences: FloatArray, size: int) -> FloatArray:

@@ -2,15 +2,15 @@
 
 from dataclasses import dataclass
 
-from ..._typing import BoolArray, FloatArray
+from ..._typing import FloatArray
 from ...progress import Job
-from ..base import PsfEstimate, PsfEstimator
-from .estimation import check_blind, estimating_blindly
-from .two_phases import searching as searching
+from .blurred import Blurred
+from .estimation import BlindEstimator
+from .two_phases import searching
 
 
 @dataclass(frozen=True, slots=True)
-class XuJia(PsfEstimator):
+class XuJia(BlindEstimator):
     """Two phases: edges and PSF in turns from coarse to fine, then a sparse refinement.
 
     Xu & Jia (2010, Two-phase kernel estimation for robust motion deblurring, ECCV). Phase
@@ -36,19 +36,9 @@ class XuJia(PsfEstimator):
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
         that is more; of larger pictures the most informative square is taken
-        (:func:`~.region.informative_region`).
+        (:class:`~.region.Overview`).
     """
 
-    size: int | None = None
-    region: int = 512
-
-    def __post_init__(self) -> None:
-        check_blind(self.size, self.region)
-
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image."""
-        return (
-            yield from estimating_blindly(
-                linear, clipped, searching, size=self.size, region=self.region
-            )
-        )
+    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
+        """Long job: a PSF of `size` x `size` pixels."""
+        return searching(blurred, size)

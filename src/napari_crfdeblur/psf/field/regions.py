@@ -11,6 +11,7 @@ from ...errors import CrfDeblurError
 from ...fourier import Shape
 from ...progress import Job, Progress, drain, nth
 from ..base import PsfEstimate, PsfEstimator, PsfStatus
+from ..blind.estimation import BlindEstimator
 from ..blind.size import extent_of, odd
 from .base import PsfField, offset_from_middle, part_centers
 from .poses import Poses, fit_poses, turns_within
@@ -148,10 +149,9 @@ def _windows(shape: Shape, grid: Grid, size: int) -> list[tuple[slice, slice]]:
 
 def _sized(method: PsfEstimator, size: int) -> PsfEstimator:
     """The same method for PSFs of a size."""
-    if not hasattr(method, "size"):
+    if not isinstance(method, BlindEstimator):
         raise ValueError(f"expected a blind estimator for the parts, got {method}")
-    sized: PsfEstimator = replace(method, size=size)  # type: ignore[type-var]
-    return sized
+    return replace(method, size=size)
 
 
 def _tried(

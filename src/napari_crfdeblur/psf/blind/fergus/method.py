@@ -3,11 +3,10 @@
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from ...._typing import BoolArray, FloatArray
+from ...._typing import FloatArray
 from ....progress import Job, Progress
-from ...base import PsfEstimate, PsfEstimator
 from ..blurred import Blurred
-from ..estimation import check_blind, estimating_blindly
+from ..estimation import BlindEstimator
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
 from .ensemble import Ensemble, Measured
 from .priors import ExponentialMixture, GaussianMixture
@@ -26,7 +25,7 @@ Start: TypeAlias = tuple[FloatArray, float | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Fergus(PsfEstimator):
+class Fergus(BlindEstimator):
     """Ensemble learning: the PSF that is likely for all sharp pictures together.
 
     Fergus, Singh, Hertzmann, Roweis & Freeman (2006, Removing camera shake from a single
@@ -49,22 +48,12 @@ class Fergus(PsfEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:func:`~..region.informative_region`).
+        that is more (:class:`~..region.Overview`).
     """
 
-    size: int | None = None
-    region: int = 512
-
-    def __post_init__(self) -> None:
-        check_blind(self.size, self.region)
-
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image."""
-        return (
-            yield from estimating_blindly(
-                linear, clipped, searching, size=self.size, region=self.region
-            )
-        )
+    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
+        """Long job: a PSF of `size` x `size` pixels."""
+        return searching(blurred, size)
 
 
 def searching(blurred: Blurred, size: int) -> Job[FloatArray]:

@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass
 
-from ...._typing import BoolArray, FloatArray
+from ...._typing import FloatArray
 from ....progress import Job, Progress
-from ...base import PsfEstimate, PsfEstimator
 from ..blurred import Blurred
-from ..estimation import check_blind, estimating_blindly
+from ..estimation import BlindEstimator
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
 from .kernel import sparse_kernel
 from .latent import Latent
@@ -19,7 +18,7 @@ NOISE = 0.03  # of the PSF's peak, below which it is cleared
 
 
 @dataclass(frozen=True, slots=True)
-class Shan(PsfEstimator):
+class Shan(BlindEstimator):
     """The picture and the PSF that are most probable together, in turns.
 
     Shan, Jia & Agarwala (2008, High-quality motion deblurring from a single image, SIGGRAPH),
@@ -35,22 +34,12 @@ class Shan(PsfEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:func:`~..region.informative_region`).
+        that is more (:class:`~..region.Overview`).
     """
 
-    size: int | None = None
-    region: int = 512
-
-    def __post_init__(self) -> None:
-        check_blind(self.size, self.region)
-
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image."""
-        return (
-            yield from estimating_blindly(
-                linear, clipped, searching, size=self.size, region=self.region
-            )
-        )
+    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
+        """Long job: a PSF of `size` x `size` pixels."""
+        return searching(blurred, size)
 
 
 def searching(blurred: Blurred, size: int) -> Job[FloatArray]:

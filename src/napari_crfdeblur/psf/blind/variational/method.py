@@ -5,11 +5,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...._typing import BoolArray, FloatArray
+from ...._typing import FloatArray
 from ....progress import Job, Progress, reporting
-from ...base import PsfEstimate, PsfEstimator, cleared
+from ...base import cleared
 from ..blurred import Blurred
-from ..estimation import check_blind, estimating_blindly
+from ..estimation import BlindEstimator
 from ..noise import noise_of_gradients
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, resized
 from ..two_phases import searching as searching_edges
@@ -18,7 +18,8 @@ from .gradients import BlurredGradient, Posterior
 
 ROOM = 1.4  # side of the array in which the PSF is found, in sizes: a faint end is found late
 STEPS = 6  # on each level
-FURTHER_STEPS = 6  # on the finest, for either of the PSFs that are compared
+CONTEST_STEPS = 3  # on the finest, for either of the PSFs that are compared, and
+FURTHER_STEPS = 3  # for the one that is taken
 OPENING = 2  # rounds that find the sharp gradient before the PSF is touched
 FIRST_MISFIT = 0.06  # of contrast: the error of the model on the coarsest level
 MISFIT = 0.0085  # on the finest, besides noise
@@ -27,14 +28,13 @@ NOISE_SHARE = 0.5  # of the noise of gradients that is counted
 # lacks. Real photos have .6 or more, but a crisp edge between two pixels has .4 and less.
 SEARCHED_SOFTNESS = 0.5  # on all levels: thinner PSFs are found more safely
 SOFTNESS = 0.35  # at the end: the photo may have been crisp
-COMPARED = 2  # rounds that find the sharp gradient for the PSFs that are compared
 FAINT = 0.02  # of the peak: what is cleared from step to step
 NOISE = 0.03  # of the peak: what is cleared at the end of a level
 MOVES = 4  # steps between two moves of the PSF to the middle
 
 
 @dataclass(frozen=True, slots=True)
-class Variational(PsfEstimator):
+class Variational(BlindEstimator):
     """The PSF that is likely for all sharp pictures with sparse gradients, not for a single one.
 
     Levin, Weiss, Durand & Freeman (2011, Efficient marginal likelihood optimization in blind
@@ -65,45 +65,38 @@ class Variational(PsfEstimator):
         twice too large does little harm. Found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:func:`~..region.informative_region`).
+        that is more (:class:`~..region.Overview`).
     """
 
-    size: int | None = None
-    region: int = 512
-
-    def __post_init__(self) -> None:
-        check_blind(self.size, self.region)
-
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image."""
-        return (
-            yield from estimating_blindly(
-                linear, clipped, searching, size=self.size, region=self.region
-            )
-        )
+    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
+        """Long job: a PSF of `size` x `size` pixels."""
+        return searching(blurred, size)
 
 
 def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     """Long job: a PSF of at least `size` x `size` pixels, more if its faint ends need them."""
     sizes = level_sizes(int(ROOM * size) // 2 * 2 + 1)
     noise, misfits = NOISE_SHARE * noise_of_gradients(blurred), misfits_of(len(sizes))
-    at = Progress("blind PSF", 0, len(sizes) * STEPS + 2 * FURTHER_STEPS + 1)
+    at = Progress("blind PSF", 0, len(sizes) * STEPS + 2 * CONTEST_STEPS + FURTHER_STEPS + 1)
     psf = FIRST_GUESS
     for level, misfit in zip(sizes, misfits, strict=True):
         scale = level / sizes[-1]
         small = blurred.scaled(scale) if scale < 1 else blurred
         model = BlurredGradient.of(small, level, SEARCHED_SOFTNESS)
         error = float(np.hypot(misfit, scale * noise))
-        psf = (yield from alternating(model, psf, error, STEPS, at)).psf
+        found = yield from opening(model, psf, error, at)
+        psf = (yield from alternating(model, found, error, STEPS, at)).cleaned().psf
         at = replace(at, done=at.done + STEPS)
     edges = yield from reporting(searching_edges(blurred, size), at)
-    model, candidates = model.assuming(SOFTNESS), []
+    model, contenders = model.assuming(SOFTNESS), []
     for start in (psf, roomy(edges, sizes[-1])):
-        candidates.append((yield from alternating(model, start, error, FURTHER_STEPS, at)))
-        at = replace(at, done=at.done + FURTHER_STEPS)
-    likelier = yield from comparing(model, candidates, error, at)
+        found = yield from opening(model, start, error, at)
+        contenders.append((yield from alternating(model, found, error, CONTEST_STEPS, at)))
+        at = replace(at, done=at.done + CONTEST_STEPS)
+    likelier = yield from comparing(model, contenders, error, at)
+    found = yield from alternating(model, likelier.in_the_middle(), error, FURTHER_STEPS, at)
     yield replace(at, done=at.total)
-    return trimmed(likelier, size)
+    return trimmed(found.cleaned().psf, size)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +105,10 @@ class Found:
 
     psf: FloatArray
     sharp: Posterior
+
+    def cleaned(self) -> "Found":
+        """Without what is faint, in the middle."""
+        return Found(cleaned(self.psf, NOISE), self.sharp).in_the_middle()
 
     def in_the_middle(self) -> "Found":
         """The extent of the PSF moved to the middle of its array, the gradient against it."""
@@ -124,33 +121,36 @@ def misfits_of(levels: int) -> FloatArray:
     return np.geomspace(FIRST_MISFIT, MISFIT, levels)
 
 
-def alternating(
-    model: BlurredGradient, psf: FloatArray, error: float, steps: int, at: Progress
-) -> Job[Found]:
-    """Long job: the sharp gradient and the PSF in turns; progress goes on from `at`."""
+def opening(model: BlurredGradient, psf: FloatArray, error: float, at: Progress) -> Job[Found]:
+    """Long job: the sharp gradient that goes with a PSF of any size."""
     psf = cleaned(resized(psf, (model.size, model.size)), FAINT)
-    found = Found(psf, model.unknown())
+    sharp = model.unknown()
     for _ in range(OPENING):
         yield at
-        found = Found(psf, model.posterior(psf, error, found.sharp))
+        sharp = model.posterior(psf, error, sharp)
+    return Found(psf, sharp)
+
+
+def alternating(
+    model: BlurredGradient, found: Found, error: float, steps: int, at: Progress
+) -> Job[Found]:
+    """Long job: the sharp gradient and the PSF in turns; progress goes on from `at`."""
     for step in range(steps):
         yield replace(at, done=at.done + step)
         sharp = model.posterior(found.psf, error, found.sharp)
         found = Found(cleared(model.refit(found.psf, sharp), FAINT), sharp)
         if step % MOVES == MOVES - 1:
             found = found.in_the_middle()
-    return Found(cleaned(found.psf, NOISE), found.sharp).in_the_middle()
+    return found
 
 
 def comparing(
-    model: BlurredGradient, candidates: Sequence[Found], error: float, at: Progress
-) -> Job[FloatArray]:
+    model: BlurredGradient, contenders: Sequence[Found], error: float, at: Progress
+) -> Job[Found]:
     """Long job: the PSF with which the blurred picture is the least unlikely."""
     energies = []
-    for candidate in candidates:
-        sharp = candidate.sharp
-        for _ in range(COMPARED):
-            yield at
-            sharp = model.posterior(candidate.psf, error, sharp)
-        energies.append(model.energy(candidate.psf, error, sharp))
-    return candidates[int(np.argmin(energies))].psf
+    for found in contenders:
+        yield at
+        sharp = model.posterior(found.psf, error, found.sharp)
+        energies.append(model.energy(found.psf, error, sharp))
+    return contenders[int(np.argmin(energies))]
