@@ -11,7 +11,7 @@ from ..psf.misfit import misfit
 from .noise_model import LightNoise, fit_noise
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
-LEAST_NOISE = 4e-3  # of the contrast: with less, all methods ring even where all is known
+LEAST_NOISE = 5e-3  # of the contrast: with less, all methods ring even where all is known
 # Errors that are not white are the larger, the lower the frequency; and low ones, at which the
 # picture is strong, decide how much regularization is best. So what is unexplained beyond white
 # noise counts so many times: best for photos of known truth, where 2.5 and 3.5 are hardly worse.
