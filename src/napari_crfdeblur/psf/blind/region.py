@@ -1,8 +1,10 @@
 """The part of a large photo that says most about its blur."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from ..._typing import BoolArray, FloatArray
@@ -10,7 +12,7 @@ from ...fourier import Shape
 from .edge_prediction import gradient
 
 SATURATED = 0.99  # of full scale: clipped light is not a convolution any more
-FINEST = 1024  # pixels of the shorter side that are looked at
+FINEST = 1024  # pixels of the shorter side that are looked at, at most
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -46,10 +48,12 @@ class Overview:
             Pixels that the camera saturated; by default those near full scale.
         """
         shape = linear.shape[0], linear.shape[1]
-        every = max(1, min(shape) // FINEST)
-        coarse = _binned(linear, every)
-        lost = coarse >= SATURATED if clipped is None else _binned(clipped, every) > 0
-        return cls(shape, every, coarse, lost)
+        every = -(-min(shape) // FINEST)
+        coarse = _squares(linear, every).mean(axis=(1, 3))
+        if clipped is None:
+            return cls(shape, every, coarse, np.asarray(coarse >= SATURATED))
+        lost = np.any(_squares(clipped, every), axis=(1, 3))
+        return cls(shape, every, coarse, np.asarray(lost, dtype=bool))
 
     def informative_region(self, side: int, size: int) -> tuple[slice, slice]:
         """Square of at most `side` pixels whose edges are most useful to find a PSF.
@@ -103,11 +107,11 @@ def usefulness(differences: FloatArray, size: int) -> FloatArray:
     return np.asarray(np.hypot(down, across) / (total + 0.5))
 
 
-def _binned(plane: FloatArray | BoolArray, every: int) -> FloatArray:
-    """Means of squares of `every` pixels."""
-    rows, columns = (side // every * every for side in plane.shape)
-    squares = plane[:rows, :columns].reshape(rows // every, every, columns // every, every)
-    return np.asarray(squares.mean(axis=(1, 3)))
+def _squares(plane: FloatArray | BoolArray, every: int) -> NDArray[Any]:
+    """A plane as squares of `every` pixels, shape (M, every, N, every)."""
+    rows, columns = (side // every for side in plane.shape)
+    whole = plane[: rows * every, : columns * every]
+    return whole.reshape(rows, every, columns, every)
 
 
 def _richest(worth: FloatArray, shape: Shape) -> Shape:
