@@ -142,8 +142,9 @@ def out_of_core() -> None:
         for name, side in SIDES.items():
             path = Path(folder) / f"{side}.tif"
             _, blurred = photograph(side, side, camera_shake(31, 5), 0.01)
-            tifffile.imwrite(path, blurred, tile=(256, 256), photometric="minisblack")
-            del blurred
+            recorded = np.clip(blurred, 0, 1, out=blurred)
+            tifffile.imwrite(path, recorded, tile=(256, 256), photometric="minisblack")
+            del blurred, recorded
             found = {way: measured(way, path) for way in ("whole", "threads", "zarr", "cluster")}
             base = found["whole"]["cpu"]
             for way, each in found.items():
