@@ -16,10 +16,6 @@ from .noise import PlaneStatistics, measure
 
 # Overlap in sides of the PSF from which tiles differ from the whole by much less than its noise.
 REACH = 2.0
-# Sides of the transform per pixel that a tile loses at its ends: `1 + 2 / e` is best where the time
-# for a pixel grows as `side ** e`. Once a transform outgrows the caches `e` is .3; that the border
-# of each tile has to be continued, which costs more the smaller it is, leaves .18.
-WORTH = 12.0
 SMALLEST = 432  # side of the transform below which overheads count
 LARGEST = 1 << 22  # pixels of a transform: what several threads can hold at once
 
@@ -163,7 +159,7 @@ class Tiled(Deconvolver):
         order = sorted(range(len(shape)), key=lambda axis: shape[axis])
         for left, axis in zip(range(len(shape), 0, -1), order, strict=True):
             margin, share = margins[axis], int(room ** (1 / left))
-            best = fft.next_fast_len(max(SMALLEST, int(WORTH * margin)), real=True)
+            best = fft.next_fast_len(max(SMALLEST, int(self.method.tile_side * margin)), real=True)
             sides[axis] = max(min(best, share), 2 * margin)
             room = max(room // min(sides[axis], shape[axis] + margin), 1)
         return sides

@@ -35,7 +35,7 @@ def linearizing(
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.linearize`."""
     photo, source = session.source()
-    fitted = session.required_response()
+    fitted, blur = session.required_response(), session.required_blur()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
     action = Action.of("linearize", region=None if region is None else pairs(where))
@@ -56,7 +56,7 @@ def deconvolving(
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.deconvolve`."""
     photo, source = session.source()
-    linear = session.state.linear
+    linear, blur = session.state.linear, session.required_blur()
     if linear is None:
         raise CrfDeblurError(NOT_LINEAR)
     action = Action.of("deconvolve", method=method)
@@ -69,7 +69,7 @@ def deconvolving(
         return layer
 
     light, used = np.asarray(linear.layer.data), method or DEFAULT_METHOD
-    job = jobs.sharpening(source, light, linear.region, session.required_blur(), used)
+    job = jobs.sharpening(source, light, linear.region, blur, used)
     return Step("deconvolving", job, finish)
 
 
@@ -100,7 +100,7 @@ def restoring(
 ) -> Step[Restoration, ImageLayer]:
     """Step of :meth:`Session.restore`: linearize, deconvolve and re-apply in one."""
     photo, source = session.source()
-    fitted = session.required_response()
+    fitted, blur = session.required_response(), session.required_blur()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
     used = method or DEFAULT_METHOD
@@ -110,7 +110,7 @@ def restoring(
         state = session.state_of(photo).after(*actions)
         return (yield from _show_all(session, photo, state, made, where, fitted))
 
-    job = jobs.restoring(source, where, fitted.curve, session.required_blur(), used)
+    job = jobs.restoring(source, where, fitted.curve, blur, used)
     return Step("restoring the photo", job, finish)
 
 
@@ -123,6 +123,7 @@ def comparing(
 ) -> Step[Restoration, ImageLayer]:
     """Step of :meth:`Session.compare_with`."""
     photo, source = session.source()
+    blur = session.required_blur()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
     assumed = curve or Gamma(2.2)
@@ -145,7 +146,7 @@ def comparing(
         session.commit(photo, state)
         return layer
 
-    job = jobs.restoring(source, where, assumed, session.required_blur(), used)
+    job = jobs.restoring(source, where, assumed, blur, used)
     return Step(f"restoring with {outputs.curve_name(assumed)}", job, finish)
 
 
@@ -154,6 +155,7 @@ def previewing(
 ) -> Step[Image, ImageLayer]:
     """Step of :meth:`Session.preview`: what is visible, restored and shown in place."""
     photo, source = session.source()
+    blur = session.required_blur()
     curve = session.required_response().curve if curve is None else curve
     region = visible_part(session.viewer, photo, LARGEST_PREVIEW)
 
@@ -162,7 +164,7 @@ def previewing(
         return outputs.show_preview(session, photo, pixels, region)
 
     used = method or DEFAULT_METHOD
-    job = jobs.previewing(source, region, curve, session.required_blur(), used)
+    job = jobs.previewing(source, region, curve, blur, used)
     return Step("preview", job, finish)
 
 
