@@ -35,7 +35,7 @@ def linearizing(
 ) -> Step[FloatArray, ImageLayer]:
     """Step of :meth:`Session.linearize`."""
     photo, source = session.source()
-    fitted, blur = session.required_response(), session.required_blur()
+    fitted = session.required_response()
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
     action = Action.of("linearize", region=None if region is None else pairs(where))
