@@ -58,7 +58,7 @@ class BlurVerbs(Workspace):
             Non-negative, scaled to sum 1; its origin is the center pixel. With one of three
             dimensions, stacks are restored as volumes of their last three axes.
         edited : bool
-            Whether it is an estimate changed by hand: deconvolution then allows for errors.
+            Whether it is an estimate changed by hand, which is said of it from then on.
         field : PsfField, optional
             PSFs of the parts of the photo, if they differ; `psf` is that of the whole.
 

@@ -33,8 +33,7 @@ class RestoreVerbs(Workspace):
         Parameters
         ----------
         method : Deconvolver, optional
-            By default :class:`~napari_crfdeblur.deconvolution.LocalShrinkage`, which allows
-            for the errors of an estimated PSF.
+            By default :class:`~napari_crfdeblur.deconvolution.LocalShrinkage`.
         """
         return self.do(steps.deconvolving(self, method))
 
