@@ -46,6 +46,7 @@ class Regularized(Deconvolver):
         statistics: PlaneStatistics | None,
     ) -> tuple[PlaneStatistics, float]:
         """Statistics of a plane, measured unless they are given, and the weight for it."""
-        found = statistics or measure(plane, psf, clipped)
+        given = self.weight is not None or self.model_error is not None
+        found = statistics or measure(plane, None if given else psf, clipped)
         weight = self.weight or self.FACTOR * found.relative_noise(self.model_error) ** 2
         return found, weight

@@ -1,6 +1,6 @@
 """Blur that varies across the picture: overlapping windows, each with its own PSF."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 from math import ceil
@@ -137,13 +137,23 @@ def _judging(
     at: Progress,
 ) -> Job[PlaneStatistics]:
     """Job: statistics of a whole plane, whose misfit is the median of those of its windows."""
-    misfits = []
-    for window in evenly(windows, JUDGED):
+    seen = (
+        (plane[own.outer], psfs.at(*own.center), None if clipped is None else clipped[own.outer])
+        for own in evenly(windows, JUDGED)
+    )
+    return replace(measure(plane), misfit=(yield from measuring_misfit(seen, at)))
+
+
+def measuring_misfit(
+    seen: Iterable[tuple[FloatArray, FloatArray, BoolArray | None]], at: Progress
+) -> Job[float | None]:
+    """Job: the median misfit of windows, of each its plane, PSF and clipped pixels."""
+    found = []
+    for plane, psf, lost in seen:
         yield at
-        lost = None if clipped is None else [clipped[window.outer]]
-        misfits.append(misfit([plane[window.outer]], psfs.at(*window.center), lost))
-    known = [each for each in misfits if each is not None]
-    return replace(measure(plane), misfit=float(np.median(known)) if known else None)
+        found.append(misfit([plane], psf, None if lost is None else [lost]))
+    known = [each for each in found if each is not None]
+    return float(np.median(known)) if known else None
 
 
 def _windows(psfs: PsfField) -> Iterator[_Window]:

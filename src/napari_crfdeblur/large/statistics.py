@@ -11,8 +11,9 @@ import numpy as np
 from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
-from ..deconvolution.varying import JUDGED
+from ..deconvolution.varying import JUDGED, measuring_misfit
 from ..linear import Response
+from ..progress import Progress, drain
 from ..psf import PsfField
 from ..psf.misfit import evenly, misfit
 from .recipe import PsfOrField, clipped_in, in_light
@@ -91,12 +92,11 @@ def _unexplained_by_windows(patches: Sequence[_Patch], psfs: PsfField) -> float 
         for patch in patches
         for piece in pieces(psfs, Tile(patch.place, patch.place))
     ]
-    found = [
-        misfit([patch.light[piece.outer]], psfs.at(*piece.center), [patch.lost[piece.outer]])
+    seen = (
+        (patch.light[piece.outer], psfs.at(*piece.center), patch.lost[piece.outer])
         for patch, piece in evenly(every, JUDGED)
-    ]
-    known = [each for each in found if each is not None]
-    return float(np.median(known)) if known else None
+    )
+    return drain(measuring_misfit(seen, Progress("noise", 0, 1)))
 
 
 def _parts(photo: "Source | Image | Array", channels: bool) -> Iterator[tuple[Region, Image]]:
@@ -108,9 +108,9 @@ def _parts(photo: "Source | Image | Array", channels: bool) -> Iterator[tuple[Re
         for index in np.ndindex(*stack):
             yield whole, _read(photo, index, (*whole, *ends))
         return
-    slices = np.unique(np.linspace(0, prod(stack) - 1, min(prod(stack), PATCHES)).round())
+    slices = evenly(range(prod(stack)), PATCHES)
     places = list(product(_starts(rows, len(slices)), _starts(columns, len(slices))))
-    for number in slices.astype(int):
+    for number in slices:
         index = tuple(int(i) for i in np.unravel_index(number, stack)) if stack else ()
         for top, left in places:
             place = slice(top, min(top + PATCH, rows)), slice(left, min(left + PATCH, columns))

@@ -38,7 +38,7 @@ class Overview:
 
     @classmethod
     def of(cls, linear: FloatArray, clipped: BoolArray | None = None) -> "Overview":
-        """Halve a photo until it is small.
+        """Make a photo small, by means of its squares.
 
         Parameters
         ----------
