@@ -1,4 +1,4 @@
-"""The jobs of a session: each takes arrays and gives a record, and touches no layer."""
+"""Jobs that find edges, response and blur: they take arrays, give a record, and touch no layer."""
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
@@ -6,16 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from .._typing import BoolArray, FloatArray, Image
-from ..deconvolution import Deconvolver
-from ..edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges, refining_edges
-from ..errors import CrfDeblurError
-from ..estimate import MaximumLikelihood, ResponseEstimate, ResponseFit
-from ..estimate.likelihood import LiveFit
-from ..io import read_photo
-from ..linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
-from ..photo import check_photo, color
-from ..pipeline import (
+from ..._typing import Image
+from ...edges import Edge, Line, Rectangle, estimating_blur_extent, finding_edges, refining_edges
+from ...errors import CrfDeblurError
+from ...estimate import MaximumLikelihood, ResponseEstimate, ResponseFit
+from ...estimate.likelihood import LiveFit
+from ...io import read_photo
+from ...linear import Response, clipped_pixels, linearizing
+from ...photo import check_photo, color
+from ...pipeline import (
     DeblurOptions,
     estimating_responses,
     finding_field,
@@ -23,26 +22,14 @@ from ..pipeline import (
     measuring_psf,
     seeking_edges,
     suited_estimator,
-    with_alpha_of,
 )
-from ..profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
-from ..progress import Job, Progress, nth
-from ..psf import PsfEstimate, PsfEstimator, PsfField, RadonFit, estimating_psf
-from .blurs import PLANE, Blur, axes_of, check_reach, part_of, undoing, widened
-from .pixels import Region, Source
-from .regions import planes_of
-from .state import EdgeSet, Fitted
+from ...profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
+from ...progress import Job, Progress
+from ...psf import PsfEstimate, PsfEstimator, PsfField, RadonFit, estimating_psf
+from ..pixels import Region, Source
+from ..state import EdgeSet, Fitted
 
 NO_EDGES = "there are no edges to find the PSF from; find or draw edges first"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Restoration:
-    """One restored region: linear, sharp linear, and the photo in its own numbers."""
-
-    linear: FloatArray
-    sharp_linear: FloatArray
-    photo: Image
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -148,20 +135,6 @@ def following_edges(
     return Fitted(tuple(fit.estimate for fit in found), groups, edges, found)
 
 
-def linearizing_region(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
-    """Long job: a region in linear light, (..., M, N) or (..., M, N, 3), plane by plane."""
-    linear: FloatArray | None = None
-    planes = list(planes_of(region))
-    for done, plane in enumerate(planes):
-        photo = source.photo(plane)
-        check_photo(photo)
-        light = yield from nth(linearizing(color(photo), curve), done, len(planes), "slice")
-        if linear is None:
-            linear = np.empty((len(planes), *light.shape), dtype=light.dtype)
-        linear[done] = light
-    return _stacked(linear, region)
-
-
 def seeking_psf(
     source: Source,
     region: Region,
@@ -233,70 +206,6 @@ def seeking_field(
     return (yield from finding_field(linear, whole, options, clipped_pixels(photo)))
 
 
-def sharpening(
-    source: Source, linear: FloatArray, region: Region, blur: Blur, method: Deconvolver
-) -> Job[FloatArray]:
-    """Long job: a linear region deconvolved, plane by plane or volume by volume.
-
-    Where the camera saturated, which the pixels of `source` tell, the light can be more.
-    """
-    check_reach(blur, source, region)
-    sharp, axes, own = np.empty_like(linear), axes_of(blur), part_of(blur, region)
-    stack = list(np.ndindex(linear.shape[: len(region) - axes]))
-    kind = "slice" if axes == PLANE else "volume"
-    for done, index in enumerate(stack):
-        clipped = _clipped(source, _piece(region, index))
-        job = undoing(linear[index], own, method, clipped.reshape(linear[index].shape))
-        sharp[index] = yield from nth(job, done, len(stack), kind)
-    return sharp
-
-
-def recording(source: Source, region: Region, sharp: FloatArray, curve: Response) -> Job[Image]:
-    """Long job: the response applied again, in the numbers of the photo, alpha kept."""
-    planes = list(planes_of(region))
-    stack = sharp.shape[: len(region) - 2]
-    photos: Image | None = None
-    for done, (plane, index) in enumerate(zip(planes, np.ndindex(stack), strict=True)):
-        photo = source.photo(plane)
-        job = reapplying(sharp[index], curve, photo.dtype)
-        recorded = with_alpha_of(photo, (yield from nth(job, done, len(planes), "slice")))
-        recorded = source.recorded(recorded)
-        if photos is None:
-            photos = np.empty((len(planes), *recorded.shape), dtype=recorded.dtype)
-        photos[done] = recorded
-    return _stacked(photos, region)
-
-
-def restoring(
-    source: Source, region: Region, curve: Response, blur: Blur, method: Deconvolver
-) -> Job[Restoration]:
-    """Long job: the second half of the path for a region."""
-    check_reach(blur, source, region)
-    linear = yield from linearizing_region(source, region, curve)
-    sharp = yield from sharpening(source, linear, region, blur, method)
-    photo = yield from recording(source, region, sharp, curve)
-    return Restoration(linear, sharp, photo)
-
-
-def counting_clipped(sharp: FloatArray) -> Job[float]:
-    """Long job: share of the deconvolved values that are lost when the response is applied."""
-    yield Progress("counting clipped values", 0, 1)
-    return clipped_share(sharp)
-
-
-def previewing(
-    source: Source, region: Region, curve: Response, blur: Blur, method: Deconvolver
-) -> Job[Image]:
-    """Long job: a region restored with a margin, so that its borders are those of the whole."""
-    wide = widened(region, blur, source)
-    whole = yield from restoring(source, wide, curve, blur, method)
-    inner = tuple(
-        slice(part.start - outer.start, part.stop - outer.start)
-        for part, outer in zip(region, wide, strict=True)
-    )
-    return np.ascontiguousarray(whole.photo[inner])
-
-
 def _estimating(
     groups: Sequence[ProfileGroup], method: ResponseFit | Sequence[ResponseFit]
 ) -> Job[tuple[tuple[ResponseEstimate, ...], tuple[LiveFit, ...]]]:
@@ -334,21 +243,3 @@ def _loading(source: Source, plane: Region) -> Job[Image]:
 def _profiled(photo: Image, edges: Sequence[Edge], extent: float, plane: Region) -> Job[EdgeSet]:
     groups = yield from sampling_profiles(photo, edges, grouping=ByOrientation())
     return EdgeSet(tuple(edges), tuple(groups), extent, plane)
-
-
-def _clipped(source: Source, region: Region) -> BoolArray:
-    """Where the camera saturated, plane by plane: shape (P, M, N) or (P, M, N, 3)."""
-    return np.stack([clipped_pixels(color(source.photo(plane))) for plane in planes_of(region)])
-
-
-def _piece(region: Region, index: Sequence[int]) -> Region:
-    """The part of a region with this index over its first axes."""
-    starts = [axis.start + i for axis, i in zip(region, index, strict=False)]
-    return (*(slice(start, start + 1) for start in starts), *region[len(index) :])
-
-
-def _stacked(planes: Image | None, region: Region) -> Image:
-    if planes is None:
-        raise CrfDeblurError("the stack has no slices: choose another layer")
-    stack = [axis.stop - axis.start for axis in region[:-2]]
-    return planes.reshape(*stack, *planes.shape[1:])
