@@ -104,7 +104,7 @@ class _Spectra:
             lost = None if clipped is None else arrays.to_numpy(clipped[part][box])
             taper = hann if lost is None or not lost.any() else hann * _away_from(lost)
             window = arrays.to_numpy(parts[part][box])
-            mean = np.vdot(window, taper) / max(taper.sum(), NOTHING)
+            mean = (window * taper).sum() / max(taper.sum(), NOTHING)
             blurred += _powers((window - mean) * taper)
             tapers += whole if taper is hann else _powers(taper)
             area += np.square(taper).sum()

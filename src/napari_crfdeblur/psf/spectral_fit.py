@@ -16,6 +16,9 @@ RINGS, SECTORS = 8, 8  # in which the sharp picture has the same power
 TOGETHER = 16  # frequencies that are fitted as one
 ERRORS = 2  # parts of what is unexplained: white, and falling
 NOTHING = 1e-12  # share of the power that is none: rounding
+# Slope at which the fit ends, and longest step, both in logarithms. Newton steps go on until
+# rounding no longer shows in the result: pictures must not depend on how a processor adds.
+CONVERGED, WIDEST_STEP = 1e-10, 30.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,19 +66,46 @@ class SpectralFit:
         floor = float(np.median(self.powers)) or float(self.powers.mean())
         own = self._in_cells(self.powers) / self._in_cells(self.passed)
         start = np.log(np.maximum([floor, floor, *own], NOTHING * floor))
-        found = optimize.minimize(self.unlikelihood, start, jac=True, method="L-BFGS-B")
+        found = optimize.minimize(
+            self.unlikelihood,
+            start,
+            jac=True,
+            hess=self.curvature,
+            method="trust-exact",
+            options={"gtol": CONVERGED, "max_trust_radius": WIDEST_STEP},
+        )
         return float(np.sqrt(np.exp(found.x[:ERRORS]).sum()))
 
     def unlikelihood(self, logarithms: FloatArray) -> tuple[float, FloatArray]:
         """Minus the mean logarithm of the likelihood of ``log (n, e, a)``, and its gradient."""
-        white, colored, *_ = values = np.exp(logarithms)
-        own = values[ERRORS:][self.cell]
-        expected = own * self.passed + white + colored * self.falling
+        values = np.exp(logarithms)
+        expected = self._expected(values)
         ratio = self.powers / expected
-        pull = (1 - ratio) / (expected * len(expected))
-        errors = pull.sum(), np.vdot(self.falling, pull)
-        slopes = np.concatenate([errors, self._in_cells(self.passed * pull)])
+        slopes = self._onto_values((1 - ratio) / expected)
         return float((ratio + np.log(expected)).mean()), values * slopes
+
+    def curvature(self, logarithms: FloatArray) -> FloatArray:
+        """Second derivatives of :meth:`unlikelihood`, an array of shape (2 + C, 2 + C)."""
+        values = np.exp(logarithms)
+        expected = self._expected(values)
+        ratio = self.powers / expected
+        bend = (2 * ratio - 1) / expected**2
+        second = np.diag(self._onto_values(self.passed * bend))
+        second[0, :] = second[:, 0] = self._onto_values(bend)
+        second[1, :] = second[:, 1] = self._onto_values(self.falling * bend)
+        slopes = self._onto_values((1 - ratio) / expected)
+        return np.outer(values, values) * second + np.diag(values * slopes)
+
+    def _expected(self, values: FloatArray) -> FloatArray:
+        """The powers if `n`, `e` and `a` are these."""
+        white, colored, *own = values
+        expected: FloatArray = np.take(own, self.cell) * self.passed + white
+        return expected + colored * self.falling
+
+    def _onto_values(self, pull: FloatArray) -> FloatArray:
+        """What a pull at every frequency comes to for `n`, `e` and every `a`, in the mean."""
+        errors = pull.sum(), (self.falling * pull).sum()
+        return np.concatenate([errors, self._in_cells(self.passed * pull)]) / len(pull)
 
     def _in_cells(self, values: FloatArray) -> FloatArray:
         """Sums over the cells."""
