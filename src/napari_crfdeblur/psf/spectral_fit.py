@@ -99,8 +99,9 @@ class SpectralFit:
     def _expected(self, values: FloatArray) -> FloatArray:
         """The powers if `n`, `e` and `a` are these."""
         white, colored, *own = values
-        expected: FloatArray = np.take(own, self.cell) * self.passed + white
-        return expected + colored * self.falling
+        sharp = np.take(own, self.cell) * self.passed
+        expected: FloatArray = sharp + white + colored * self.falling
+        return expected
 
     def _onto_values(self, pull: FloatArray) -> FloatArray:
         """What a pull at every frequency comes to for `n`, `e` and every `a`, in the mean."""
