@@ -3,6 +3,8 @@
 Planes and volumes, arrays of numpy and of other libraries alike.
 """
 
+from functools import lru_cache
+from math import prod
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -18,6 +20,8 @@ Shape: TypeAlias = tuple[int, int]
 Sides = TypeVar("Sides", bound=tuple[int, ...])
 Kind: TypeAlias = FloatArray | DTypeLike
 """An array to be like, in kind, precision and device; or a data type, for numpy's arrays."""
+
+LARGEST_KEPT = 1 << 21  # pixels of a plane whose transfer function is kept: 8 MB in float32
 
 
 def fast_shape(shape: Sides) -> Sides:
@@ -35,6 +39,26 @@ def inverse(spectrum: ComplexArray, shape: tuple[int, ...]) -> FloatArray:
     """Real plane of the given shape whose half spectrum this is; overwrites `spectrum`."""
     plane: FloatArray = arrays.inverse(spectrum, shape)
     return plane
+
+
+def kept_otf(psf: FloatArray, shape: tuple[int, ...], kind: FloatArray) -> ComplexArray:
+    """The same as :func:`otf`, computed once for all tiles or slices of one shape; read-only."""
+    if prod(shape) > LARGEST_KEPT or not arrays.is_numpy(kind):
+        return otf(psf, shape, kind)
+    return _kept(psf.tobytes(), psf.dtype, psf.shape, tuple(shape), kind.dtype)
+
+
+@lru_cache(maxsize=4)  # tiles in the middle and at borders
+def _kept(
+    values: bytes,
+    precision: np.dtype[Any],
+    sides: tuple[int, ...],
+    shape: tuple[int, ...],
+    kind: np.dtype[Any],
+) -> ComplexArray:
+    transfer = otf(np.frombuffer(values, precision).reshape(sides), shape, kind)
+    transfer.flags.writeable = False
+    return transfer
 
 
 def otf(psf: FloatArray, shape: tuple[int, ...], kind: Kind = np.float32) -> ComplexArray:

@@ -83,7 +83,7 @@ def test_tiles_agree_with_the_whole(tmp_path, method, tolerance):
     inside = (slice(15, -15), slice(15, -15))
     expected = in_memory(photo, a_field(), method)[inside]
     for large in (tmp_path / "a.tif", da.from_array(photo, chunks=90)):
-        found = restore_large(large, SRGB(), a_field(), Tiled(method, side=128))
+        found = restore_large(large, SRGB(), a_field(), Tiled(method, side=128, overlap=14))
         assert min(found.numblocks) > 1
         np.testing.assert_allclose(found.compute()[inside], expected, atol=tolerance)
 

@@ -21,6 +21,11 @@ class Deconvolver(ABC):
     # border of each tile is continued, which costs more the smaller it is, leaves .18.
     tile_side: ClassVar[float] = 12.0
 
+    @property
+    def reach(self) -> float:
+        """Sides of the PSF around a tile beyond which the picture changes it by less than noise."""
+        return 2.0
+
     @abstractmethod
     def run(
         self,

@@ -16,7 +16,7 @@ from scipy import ndimage
 from .. import arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame, periodic_shape
-from ..fourier import convolving, otf
+from ..fourier import convolving, kept_otf
 from ..progress import Job, Progress
 from .richardson_lucy import restoring
 
@@ -54,7 +54,7 @@ def filling(
         scene = yield from restoring(part, psf, own, ITERATIONS, repeat(at))
         inside = frame(part.shape)
         filled.scenes.append((box, scene[inside]))
-        transfer = otf(psf, periodic_shape(part.shape, psf.shape), part)
+        transfer = kept_otf(psf, periodic_shape(part.shape, psf.shape), part)
         light = (yield from convolving(scene, transfer, at))[inside]
         yield at
         filled.plane[box] = arrays.namespace(part).where(own & (light > part), light, part)

@@ -15,8 +15,8 @@ from ..fourier import (
     correlating,
     forward,
     inverse,
+    kept_otf,
     multiply_conjugate,
-    otf,
     power,
 )
 from ..progress import Job, Progress
@@ -88,7 +88,7 @@ def recording(
     del filled
     extended /= scale
     yield at
-    transfer = otf(psf, extended.shape, extended)
+    transfer = kept_otf(psf, extended.shape, extended)
     gain = power(transfer)
     yield at
     correlated = forward(extended)
@@ -215,7 +215,7 @@ def blurring(
     at: Progress,
 ) -> Job[Blur]:
     """Job: the blur and the mask of a plane that was extended for deconvolution."""
-    transfer = otf(psf, extended.shape, extended)
+    transfer = kept_otf(psf, extended.shape, extended)
     yield at
     if clipped is not None:
         return MaskedBlur(transfer, extended, plane, clipped)

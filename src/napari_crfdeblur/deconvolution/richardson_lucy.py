@@ -9,7 +9,7 @@ import numpy as np
 from .. import arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame, periodic_shape
-from ..fourier import ComplexArray, convolving, correlating, otf
+from ..fourier import ComplexArray, convolving, correlating, kept_otf
 from ..progress import Job, Progress
 from . import loops
 from .base import Deconvolver
@@ -61,6 +61,11 @@ class RichardsonLucy(Deconvolver):
             raise ValueError(
                 f"expected damping of 0 or more standard deviations, got {self.damping}"
             )
+
+    @property
+    def reach(self) -> float:
+        """The more steps, the farther: sides at which what is carried on falls to a tenth of noise."""
+        return 2.0 * float((self.iterations / 30) ** 0.3)
 
     def run(
         self,
@@ -131,7 +136,7 @@ def restoring(
     restraint : Restraint, optional
         What holds the noise back; by default nothing.
     """
-    transfer = otf(psf, periodic_shape(plane.shape, psf.shape), plane)
+    transfer = kept_otf(psf, periodic_shape(plane.shape, psf.shape), plane)
     yield (at := next(reports))
     recorded = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
     recorded[frame(plane.shape)] = 1

@@ -14,9 +14,7 @@ from ..progress import Job, nth
 from .base import Deconvolver
 from .noise import PlaneStatistics, measure
 
-# Overlap in sides of the PSF from which tiles differ from the whole by much less than its noise.
-REACH = 2.0
-SMALLEST = 432  # side of the transform below which overheads count
+SMALLEST = 864  # side of the transform below which overheads count
 LARGEST = 1 << 22  # pixels of a transform: what several threads can hold at once
 
 Region = tuple[slice, ...]
@@ -101,7 +99,8 @@ class Tiled(Deconvolver):
         Longest side of a transform in pixels; the tile is what remains of it after the margins.
         By default what is fastest for the overlap.
     overlap : int, optional
-        Width of the margin in pixels; by default two sides of the PSF along each axis.
+        Width of the margin in pixels; by default the method's reach, two sides of the PSF along
+        each axis, or for Richardson-Lucy as many as its steps take.
     """
 
     method: Deconvolver
@@ -125,7 +124,8 @@ class Tiled(Deconvolver):
             The side leaves no room for a tile between its margins.
         """
         overlap = tuple(
-            ceil(REACH * side) if self.overlap is None else self.overlap for side in psf_shape
+            ceil(self.method.reach * side) if self.overlap is None else self.overlap
+            for side in psf_shape
         )
         margins = [2 * wide + side - 1 for wide, side in zip(overlap, psf_shape, strict=True)]
         sides = self._sides(shape, margins)

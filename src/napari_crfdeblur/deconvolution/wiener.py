@@ -10,8 +10,8 @@ from ..fourier import (
     forward,
     gradient_power,
     inverse,
+    kept_otf,
     laplacian_power,
-    otf,
     power,
 )
 from ..progress import Job, Progress
@@ -54,7 +54,7 @@ class Wiener(Regularized):
         filled = yield from filling(plane, psf, clipped, start)
         extended = yield from extending(filled.plane, psf, start)
         yield next(reports)
-        transfer = otf(psf, extended.shape, plane)
+        transfer = kept_otf(psf, extended.shape, plane)
         yield next(reports)
         spectrum = forward(extended)
         _filter(spectrum, transfer, extended.shape, weight)
