@@ -64,7 +64,7 @@ class RichardsonLucy(Deconvolver):
 
     @property
     def reach(self) -> float:
-        """The more steps, the farther: sides at which what is carried on falls to a tenth of noise."""
+        """The more steps, the farther: where what they carry on falls to a tenth of the noise."""
         return 2.0 * float((self.iterations / 30) ** 0.3)
 
     def run(
