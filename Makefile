@@ -21,9 +21,9 @@ help: ## List the targets
 demo: $(INSTALLED) ## Blur, recover and compare a known picture; results in demo/
 	$(BIN)/crfdeblur demo -o demo
 
-test: $(INSTALLED) ## Run the tests (options in PYTEST_ARGS)
+test: $(INSTALLED) ## Run the tests on all cores (options in PYTEST_ARGS)
 	@.ci/display
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS)
 
 lint: $(TOOLS) ## Check style and format
 	$(BIN)/ruff check .

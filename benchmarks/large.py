@@ -208,7 +208,7 @@ def case(way: str, path: Path) -> None:
     elif way == "cluster":
         from distributed import LocalCluster
 
-        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
+        with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as cluster:
             store(
                 restore_large(path, Identity(), psf, LUCY),
                 output,

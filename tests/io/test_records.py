@@ -343,7 +343,7 @@ class Side(StrEnum):
         np.array([None]),
         np.datetime64("2020-01-01"),
     ],
-    ids=repr,
+    ids=lambda value: type(value).__name__,
 )
 def test_what_has_no_record_is_refused_with_advice(value):
     with pytest.raises(CrfDeblurError, match=r"cannot be recorded; keep to"):

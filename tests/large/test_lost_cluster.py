@@ -30,7 +30,7 @@ OPTIONS = DeblurOptions(
 ELSEWHERE = """
 from distributed import LocalCluster
 if __name__ == "__main__":
-    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=None) as cluster:
+    with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address=":0") as cluster:
         print(cluster.scheduler_address, flush=True)
         input()
 """
@@ -42,7 +42,7 @@ def local_cluster(count, deaths):
     with (
         dask.config.set({"distributed.scheduler.allowed-failures": deaths}),
         distributed.LocalCluster(
-            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=None
+            n_workers=count, threads_per_worker=1, processes=True, dashboard_address=":0"
         ) as running,
     ):
         yield running

@@ -9,15 +9,15 @@ import numpy as np
 from .. import arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame, periodic_shape
-from ..fourier import ComplexArray, convolving, correlating, kept_otf
+from ..fourier import convolving, correlating, kept_otf
 from ..progress import Job, Progress
 from . import loops
 from .base import Deconvolver
 from .damping import smoothed, undamped
 from .noise import PlaneStatistics, measure
+from .share import share_inside, share_without
 
 CHOICE = 3  # steps after which it is looked again which clipped pixels the scene exceeds
-LEAST_SEEN = 1e-3  # share of a scene pixel's light that must reach the frame
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,10 +138,8 @@ def restoring(
     """
     transfer = kept_otf(psf, periodic_shape(plane.shape, psf.shape), plane)
     yield (at := next(reports))
-    recorded = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
-    recorded[frame(plane.shape)] = 1
-    share = yield from _sharing(recorded, transfer, at)
-    sharp: FloatArray = recorded
+    share = share_inside(psf, plane)
+    sharp: FloatArray = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
     sharp[...] = max(arrays.mean(plane), _tiny(plane))
     # of dark pixels, where rounding could make the prediction zero or negative
     floor = max(1e-6 * arrays.mean(plane), _tiny(plane))
@@ -152,7 +150,7 @@ def restoring(
         if clipped is not None and step % CHOICE == 0:
             yield at
             free = clipped & (ratio[frame(plane.shape)] > plane)
-            share = yield from _sharing_without(free, ratio, transfer, at)
+            share = yield from share_without(free, psf, plane, transfer, at)
         kept = restraint.damp(plane, ratio[frame(plane.shape)]) if restraint else None
         _divide(plane, ratio, free, floor)
         if kept is not None:
@@ -163,26 +161,6 @@ def restoring(
         _multiply(sharp, correction, restraint.smooth(share, sharp) if restraint else share)
         yield (at := next(reports))
     return sharp
-
-
-def _sharing(recorded: FloatArray, transfer: ComplexArray, at: Progress) -> Job[FloatArray]:
-    """Job: one over the share of a scene pixel's light that is recorded, or 0."""
-    seen = yield from correlating(recorded, transfer, at)
-    xp = arrays.namespace(seen)
-    for block in arrays.blocks(seen):
-        part = seen[block, ...]
-        seen[block, ...] = xp.where(part < LEAST_SEEN, 0.0, 1 / arrays.raised(part, LEAST_SEEN))
-    return seen
-
-
-def _sharing_without(
-    free: BoolArray, whole: FloatArray, transfer: ComplexArray, at: Progress
-) -> Job[FloatArray]:
-    """Job: the same where some pixels of the frame do not count."""
-    recorded = arrays.zeros(whole.shape, whole)
-    xp = arrays.namespace(whole)
-    recorded[frame(free.shape)] = xp.astype(~free, whole.dtype)
-    return (yield from _sharing(recorded, transfer, at))
 
 
 def _tiny(plane: FloatArray) -> float:

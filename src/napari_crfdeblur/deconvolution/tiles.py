@@ -14,7 +14,7 @@ from ..progress import Job, nth
 from .base import Deconvolver
 from .noise import PlaneStatistics, measure
 
-SMALLEST = 864  # side of the transform below which overheads count
+SMALLEST = 1024  # side of the transform below which overheads count
 LARGEST = 1 << 22  # pixels of a transform: what several threads can hold at once
 
 Region = tuple[slice, ...]
