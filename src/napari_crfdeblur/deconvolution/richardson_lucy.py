@@ -138,7 +138,7 @@ def restoring(
     """
     transfer = kept_otf(psf, periodic_shape(plane.shape, psf.shape), plane)
     yield (at := next(reports))
-    share = share_inside(psf, plane)
+    share = inside = share_inside(psf, plane)
     sharp: FloatArray = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
     sharp[...] = max(arrays.mean(plane), _tiny(plane))
     # of dark pixels, where rounding could make the prediction zero or negative
@@ -149,8 +149,10 @@ def restoring(
         ratio = yield from convolving(sharp, transfer, at)
         if clipped is not None and step % CHOICE == 0:
             yield at
-            free = clipped & (ratio[frame(plane.shape)] > plane)
-            share = yield from share_without(free, psf, plane, transfer, at)
+            free = _any(clipped & (ratio[frame(plane.shape)] > plane))
+            share = inside
+            if free is not None:
+                share = yield from share_without(free, ratio.shape, plane, transfer, at)
         kept = restraint.damp(plane, ratio[frame(plane.shape)]) if restraint else None
         _divide(plane, ratio, free, floor)
         if kept is not None:
@@ -167,19 +169,27 @@ def _tiny(plane: FloatArray) -> float:
     return float(np.finfo(arrays.dtype_name(plane)).tiny)
 
 
+def _any(pixels: BoolArray) -> BoolArray | None:
+    return pixels if bool(arrays.namespace(pixels).any(pixels)) else None
+
+
 def _divide(plane: FloatArray, predicted: FloatArray, free: BoolArray | None, floor: float) -> None:
     """Replace the prediction, at least `floor`, by ``m y / prediction``."""
-    fused = None if free is not None else loops.compiled(loops.divide, predicted)
-    if fused:
+    inside = frame(plane.shape)
+    if fused := loops.compiled(loops.divide, predicted):
         fused(plane, predicted, plane.dtype.type(floor), plane.dtype.type(0))
-        return
+    else:
+        _divide_blocks(plane, predicted, floor)
+    if free is not None:
+        predicted[inside][free] = 0
+
+
+def _divide_blocks(plane: FloatArray, predicted: FloatArray, floor: float) -> None:
     inside = frame(plane.shape)
     for block in arrays.blocks(plane):
         part = predicted[(block, *inside[1:])]
         arrays.raise_to(part, floor)
         arrays.divide(arrays.raised(plane[block, ...], 0.0), part, out=part)
-        if free is not None:
-            part[...] = arrays.namespace(plane).where(free[block, ...], 0.0, part)
     for axis, side in enumerate(plane.shape):
         outside: tuple[Any, ...] = (*(slice(None),) * axis, slice(side, None), ...)
         predicted[outside] = 0

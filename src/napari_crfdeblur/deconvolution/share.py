@@ -45,14 +45,15 @@ def _one_over(seen: FloatArray) -> FloatArray:
 
 
 def share_without(
-    free: BoolArray, psf: FloatArray, plane: FloatArray, transfer: ComplexArray, at: Progress
+    free: BoolArray,
+    shape: tuple[int, ...],
+    plane: FloatArray,
+    transfer: ComplexArray,
+    at: Progress,
 ) -> Job[FloatArray]:
-    """Job: :func:`share_inside` where some pixels of the frame do not count."""
-    xp = arrays.namespace(plane)
-    if not bool(xp.any(free)):
-        return share_inside(psf, plane)
-    recorded = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
-    recorded[frame(plane.shape)] = xp.astype(~free, plane.dtype)
+    """Job: :func:`share_inside` of that `shape`, where some pixels of the frame do not count."""
+    recorded = arrays.zeros(shape, plane)
+    recorded[frame(plane.shape)] = arrays.namespace(plane).astype(~free, plane.dtype)
     seen = yield from correlating(recorded, transfer, at)
     for block in arrays.blocks(seen):
         seen[block, ...] = _one_over(seen[block, ...])
