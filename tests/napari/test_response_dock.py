@@ -121,7 +121,7 @@ def test_the_method_of_the_settings_comes_first(viewer, monkeypatch):
     monkeypatch.setattr(module, "preferences", lambda: Preferences(response="srgb"))
     dock = ResponseDock(viewer)
     assert dock._method.chosen == "maximum likelihood"
-    assert dock._chosen() == SRGB()
+    assert dock._known.response == SRGB()
 
 
 def test_nothing_chosen_is_the_default(dock):
@@ -308,9 +308,9 @@ def test_chosen_files_stay_chosen_when_layers_come_and_go(dock, blurred, tmp_pat
     ("name", "curve"), [("gamma", Gamma(1.9)), ("sRGB", SRGB()), ("linear", Identity())]
 )
 def test_a_response_can_be_assumed(dock, name, curve):
-    dock._known.value, dock._gamma.value = name, 1.9
+    dock._known.chosen, dock._known.gamma.value = name, 1.9
     assert dock.use().curve == curve
-    assert dock._gamma.native.isHidden() == (name != "gamma")
+    assert dock._known.gamma.native.isHidden() == (name != "gamma")
 
 
 def test_the_response_of_a_layer_can_be_used(dock, blurred):
@@ -318,14 +318,14 @@ def test_the_response_of_a_layer_can_be_used(dock, blurred):
     light = dock.session.linearize()
     other = dock.session.viewer.add_image(blurred.photo, name="other")
     dock.photo = other
-    dock._known.value = light
+    dock._known.chosen = light
     np.testing.assert_allclose(irradiance(dock.use().curve), irradiance(Gamma(1.7)), atol=1e-4)
 
 
 def test_a_damaged_response_of_a_layer_is_refused_by_name(dock, said):
     metadata = {"napari-crfdeblur": {"response": {"format": "other"}}}
     layer = dock.session.viewer.add_image(np.zeros((9, 7)), name="odd", metadata=metadata)
-    dock._known.value = layer
+    dock._known.chosen = layer
     press(dock, "Use")
     assert said[-1].level is Level.ERROR
     assert "odd" in said[-1].text

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -10,14 +9,14 @@ import numpy as np
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer, Shapes
 
-from .._typing import FloatArray
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from .pixels import source_of, unwrapped
 from .regions import stack_index
 from .shapes import drawn_shape, edge_layer, paint_edges, plane_drawn_on
+from .shown import Shown
 from .state import Action, EdgeSet
-from .step import Effects, Level, Step
+from .step import Level
 from .steps import ONE_SLICE, joined, setting_edges
 from .workspace import Workspace
 
@@ -30,36 +29,6 @@ OFF_STACK = "“{}” has no slice there: move to one that it has, and draw on t
 DELETED = "the edges of “{}” went with their layer; undo brings them back"
 
 Index = tuple[int, ...]
-
-
-@dataclass(slots=True, eq=False)
-class _Shown:
-    """What the edge layer of a photo shows.
-
-    Parameters
-    ----------
-    layer : Shapes
-        The layer.
-    edges : EdgeSet or None
-        Edges that were shown last.
-    known : dict of bytes to Edge
-        Which edge each shape stands for, by its vertices.
-    made : dict of bytes to Edge
-        What came of shapes that were drawn since, once they are refined.
-    refused : bool
-        Whether there are shapes that cannot be edges; they go when the edges are shown next.
-    """
-
-    layer: Shapes
-    edges: EdgeSet | None = None
-    known: dict[bytes, Edge] = field(default_factory=dict)
-    made: dict[bytes, Edge] = field(default_factory=dict)
-    refused: bool = False
-
-    def shapes(self) -> list[tuple[int, bytes, Edge | None]]:
-        """Number and vertices of each shape, and its edge if it has one already."""
-        keys = [_key(vertices) for vertices in self.layer.data]
-        return [(n, key, self.known.get(key) or self.made.get(key)) for n, key in enumerate(keys)]
 
 
 class EdgeDrawing:
@@ -76,7 +45,7 @@ class EdgeDrawing:
 
     def __init__(self, session: Workspace) -> None:
         self._session = session
-        self._all: WeakKeyDictionary[Layer, _Shown] = WeakKeyDictionary()
+        self._all: WeakKeyDictionary[Layer, Shown] = WeakKeyDictionary()
         self._painting = self._dragging = self._moved = False
         session.photo_changed.connect(self.paint)
         session.edges_changed.connect(self.paint)
@@ -179,7 +148,7 @@ class EdgeDrawing:
             step = setting_edges(session, wanted, plane=plane or None)
             keys = [items[item] for item in wanted if item in items]
             places = [place for place, item in enumerate(wanted) if item in items]
-            session.start(_noting(step, shown, keys, places))
+            session.start(shown.noting(step, keys, places))
 
     def paint(self) -> None:
         """Show the edges of the session, unless the mouse is just drawing one."""
@@ -193,21 +162,16 @@ class EdgeDrawing:
             self._write(shown, photo, edges)
             self._select_drawn(drawn, edges)
 
-    def _write(self, shown: _Shown, photo: ImageLayer, edges: EdgeSet | None) -> None:
+    def _write(self, shown: Shown, photo: ImageLayer, edges: EdgeSet | None) -> None:
         """Show edges; shapes that were drawn since and are still being refined stay."""
         found = edges.edges if edges else ()
         groups = edges.group_numbers if edges else ()
         plane = edges.plane if edges else self._session.plane(None)
-        pending = (
-            [] if shown.refused else [s for s in shown.shapes() if _is_pending(shown, s, found)]
-        )
-        layer = shown.layer
+        pending, layer = shown.pending(found), shown.layer
         kept = [(np.array(layer.data[n]), layer.shape_type[n]) for n, _, _ in pending]
         with self._quiet():
             written = paint_edges(layer, photo, plane, found, groups, kept)
-        shown.made = {key: edge for _, key, edge in pending if edge is not None}
-        shown.known = dict(zip(map(_key, written), found, strict=True))
-        shown.edges, shown.refused = edges, False
+        shown.shows(edges, written, pending)
 
     def _select_drawn(self, drawn: set[Edge], edges: EdgeSet | None) -> None:
         """Select the edge that was drawn or moved last, so that its profile is seen."""
@@ -218,15 +182,15 @@ class EdgeDrawing:
             self._show_selection(self._session.selected)
 
     @property
-    def _shown(self) -> _Shown | None:
+    def _shown(self) -> Shown | None:
         photo = self._session.photo
         shown = None if photo is None else self._all.get(photo)
         return shown if shown is not None and shown.layer in self._session.viewer.layers else None
 
-    def _made(self) -> _Shown:
+    def _made(self) -> Shown:
         photo, _ = self._session.source()
         layer = edge_layer(photo)
-        shown = self._all[photo] = _Shown(layer)
+        shown = self._all[photo] = Shown(layer)
         layer.events.data.connect(self._on_data)
         layer.events.mode.connect(lambda: self._follow(layer))
         layer.selected_data.events.items_changed.connect(lambda: self._on_selection(layer))
@@ -317,18 +281,6 @@ class EdgeDrawing:
             self._painting = False
 
 
-def _key(vertices: FloatArray) -> bytes:
-    return np.asarray(vertices, dtype=np.float64).tobytes()
-
-
-def _is_pending(
-    shown: _Shown, shape: tuple[int, bytes, Edge | None], found: Sequence[Edge]
-) -> bool:
-    """Whether a shape was drawn, but is not among the edges yet."""
-    _, key, edge = shape
-    return key not in shown.known and (edge is None or edge not in found)
-
-
 def _one_plane(photo: ImageLayer, planes: set[Index]) -> Index:
     """The plane of a stack that all shapes are drawn on; empty for a single picture."""
     planes = planes - {()}
@@ -339,16 +291,3 @@ def _one_plane(photo: ImageLayer, planes: set[Index]) -> Index:
     if any(not 0 <= i < side for i, side in zip(plane, sides, strict=False)):
         raise CrfDeblurError(OFF_STACK.format(photo.name))
     return plane
-
-
-def _noting(
-    step: Step[EdgeSet, EdgeSet], shown: _Shown, keys: Sequence[bytes], places: Sequence[int]
-) -> Step[EdgeSet, EdgeSet]:
-    """The same step; what came of each shape is noted before the edges are kept."""
-
-    def finish(found: EdgeSet) -> Effects[EdgeSet]:
-        edges = {key: found.edges[place] for key, place in zip(keys, places, strict=True)}
-        shown.made |= {key: edge for key, edge in edges.items() if key not in shown.known}
-        return (yield from step.finish(found))
-
-    return replace(step, finish=finish)

@@ -175,13 +175,12 @@ def _any(pixels: BoolArray) -> BoolArray | None:
 
 def _divide(plane: FloatArray, predicted: FloatArray, free: BoolArray | None, floor: float) -> None:
     """Replace the prediction, at least `floor`, by ``m y / prediction``."""
-    inside = frame(plane.shape)
     if fused := loops.compiled(loops.divide, predicted):
         fused(plane, predicted, plane.dtype.type(floor), plane.dtype.type(0))
     else:
         _divide_blocks(plane, predicted, floor)
     if free is not None:
-        predicted[inside][free] = 0
+        predicted[frame(plane.shape)][free] = 0
 
 
 def _divide_blocks(plane: FloatArray, predicted: FloatArray, floor: float) -> None:

@@ -18,9 +18,9 @@ def share_inside(psf: FloatArray, plane: FloatArray) -> FloatArray:
     Pixels with the same taps of the PSF inside the frame have the same share: few differ.
     """
     seen, taps = np.asarray(psf, np.float64), []
-    for axis, (known, side) in enumerate(zip(plane.shape, psf.shape, strict=True)):
-        period = periodic_shape(plane.shape, psf.shape)[axis]
-        ends, own = np.unique(_taps_inside(known, side, period), axis=1, return_inverse=True)
+    period = periodic_shape(plane.shape, psf.shape)
+    for axis, sides in enumerate(zip(plane.shape, psf.shape, period, strict=True)):
+        ends, own = np.unique(_taps_inside(*sides), axis=1, return_inverse=True)
         sums = np.insert(np.cumsum(seen, axis), 0, 0, axis)
         seen = np.take(sums, ends[1], axis) - np.take(sums, ends[0], axis)
         taps.append(own.reshape(-1))

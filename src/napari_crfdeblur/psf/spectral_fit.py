@@ -98,10 +98,9 @@ class SpectralFit:
 
     def _expected(self, values: FloatArray) -> FloatArray:
         """The powers if `n`, `e` and `a` are these."""
-        white, colored, *own = values
-        sharp = np.take(own, self.cell) * self.passed
-        expected: FloatArray = sharp + white + colored * self.falling
-        return expected
+        white, colored = values[:ERRORS]
+        sharp = values[ERRORS:][self.cell] * self.passed
+        return np.asarray(sharp + white + colored * self.falling)
 
     def _onto_values(self, pull: FloatArray) -> FloatArray:
         """What a pull at every frequency comes to for `n`, `e` and every `a`, in the mean."""

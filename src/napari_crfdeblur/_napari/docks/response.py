@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from magicgui.widgets import CheckBox, ComboBox, FloatSpinBox, Label
+from magicgui.widgets import CheckBox
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
@@ -13,29 +13,28 @@ from ...errors import CrfDeblurError
 from ...estimate import KnownPsf, MaximumLikelihood, ResponseFit
 from ...io import CameraKey, write_responses
 from ...io.images import WRITABLE
-from ...io.responses import SUFFIXES, responses_from
-from ...linear import Response
-from ...response import Cameras, Gamma, ResponseCurve
+from ...io.responses import SUFFIXES
+from ...response import Cameras
 from ..blurs import PLANE
 from ..cameras import UNKNOWN
 from ..pixels import unwrapped
 from ..preferences import preferences
-from ..provenance import KEY
 from ..state import Fitted
 from ..step import Message, Step
 from ..steps import estimating_response, setting_response
 from .base import Dock, Followed
 from .camera import CameraBox
-from .choices import PREFERRED, fits, given
+from .choices import PREFERRED, fits
 from .files import ask_folder, ask_name, ask_open, ask_open_many, ask_save
 from .forms import MethodForm, sentence, tight
 from .further import FurtherPhotos
+from .known import KnownResponse
 from .response_plots import ResponsePlots
 from .stored import StoredCameras
 from .trust import trust_in_state
 from .tuning import Tuning
 
-GAMMA, KNOWN_PSF, KNOWN_PSF_EQ4 = "gamma", "known PSF", "known PSF, Eq. 4"
+KNOWN_PSF, KNOWN_PSF_EQ4 = "known PSF", "known PSF, Eq. 4"
 SPACING = 4
 
 
@@ -89,7 +88,7 @@ class ResponseDock(Dock):
 
     def use(self, block: bool = True) -> Any:
         """Use the response that is chosen under "or use"; in a thread unless it blocks."""
-        return self.begin(lambda: setting_response(self.session, self._chosen()), block=block)
+        return self.begin(lambda: setting_response(self.session, self._known.response), block=block)
 
     def use_tuned(self, block: bool = True) -> Any:
         """Make the tuned curve the response; in a thread unless it blocks."""
@@ -195,27 +194,17 @@ class ResponseDock(Dock):
         ]
 
     def _giving(self) -> list[Widget]:
-        preferred = PREFERRED[preferences().response]
-        self._known = ComboBox(
-            choices=self._known_responses,
-            tooltip="a response that is assumed, or with which a layer was made",
-        )
-        self._known.value = preferred if preferred in given() else GAMMA
-        self._gamma = FloatSpinBox(
-            value=2.2, min=0.1, max=10, step=0.1, tooltip="exponent of the gamma curve, no unit"
-        )
-        self._known.changed.connect(self._show_gamma)
-        self._show_gamma()
         use = self.button(
             "Use", "take this response instead of an estimate", lambda: self.use(block=False)
         )
+        self._known = KnownResponse(self.session, PREFERRED[preferences().response], use)
         self._compare = self.button(
             "Compare with...", "draw another response beside this one", self._ask_compare
         )
         load = self.button("Load...", "use the response in a JSON file", self._ask_load)
         save = self.button("Save...", "save the response as JSON", self._ask_save)
         return [
-            tight(Label(value="or use"), self._known, self._gamma, use, layout="horizontal"),
+            self._known,
             tight(load, save, self._compare, layout="horizontal"),
         ]
 
@@ -282,29 +271,6 @@ class ResponseDock(Dock):
 
     def _offer_methods(self) -> None:
         self._method.offer(self._methods())
-
-    def _known_responses(self, _: Any) -> list[tuple[str, str | Layer]]:
-        """Curves that can be assumed, and layers that say with which they were made."""
-        layers = [
-            (f"that of “{layer.name}”", layer)
-            for layer in self.session.viewer.layers
-            if (layer.metadata.get(KEY) or {}).get("response")
-        ]
-        return [*((name, name) for name in given()), *layers]
-
-    def _chosen(self) -> Response:
-        """The response under "or use"."""
-        known = self._known.value
-        if isinstance(known, Layer):
-            curves = responses_from(known.metadata[KEY]["response"], f"“{known.name}”")
-            return curves[0] if len(curves) == 1 else curves
-        if known == GAMMA:
-            return Gamma(self._gamma.value)
-        curve: ResponseCurve = given()[known].curve
-        return curve
-
-    def _show_gamma(self) -> None:
-        self._gamma.visible = self._known.value == GAMMA
 
     def _show_trust(self) -> None:
         """Say how far the response can be trusted, and what to do if it cannot."""

@@ -1,7 +1,8 @@
 """Jobs that restore photos: they take arrays, give a record, and touch no layer."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from math import prod
 
 import numpy as np
 
@@ -10,9 +11,7 @@ from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from ...photo import check_photo, color
-from ...pipeline import (
-    with_alpha_of,
-)
+from ...pipeline import with_alpha_of
 from ...progress import Job, Progress, nth
 from ..blurs import PLANE, Blur, axes_of, check_reach, part_of, undoing, widened
 from ..pixels import Region, Source
@@ -30,16 +29,8 @@ class Restoration:
 
 def linearizing_region(source: Source, region: Region, curve: Response) -> Job[FloatArray]:
     """Long job: a region in linear light, (..., M, N) or (..., M, N, 3), plane by plane."""
-    linear: FloatArray | None = None
-    planes = list(planes_of(region))
-    for done, plane in enumerate(planes):
-        photo = source.photo(plane)
-        check_photo(photo)
-        light = yield from nth(linearizing(color(photo), curve), done, len(planes), "slice")
-        if linear is None:
-            linear = np.empty((len(planes), *light.shape), dtype=light.dtype)
-        linear[done] = light
-    return _stacked(linear, region)
+    jobs = (_linearizing_plane(source, plane, curve) for plane in planes_of(region))
+    return (yield from _stacking(jobs, region))
 
 
 def sharpening(
@@ -62,18 +53,12 @@ def sharpening(
 
 def recording(source: Source, region: Region, sharp: FloatArray, curve: Response) -> Job[Image]:
     """Long job: the response applied again, in the numbers of the photo, alpha kept."""
-    planes = list(planes_of(region))
-    stack = sharp.shape[: len(region) - 2]
-    photos: Image | None = None
-    for done, (plane, index) in enumerate(zip(planes, np.ndindex(stack), strict=True)):
-        photo = source.photo(plane)
-        job = reapplying(sharp[index], curve, photo.dtype)
-        recorded = with_alpha_of(photo, (yield from nth(job, done, len(planes), "slice")))
-        recorded = source.recorded(recorded)
-        if photos is None:
-            photos = np.empty((len(planes), *recorded.shape), dtype=recorded.dtype)
-        photos[done] = recorded
-    return _stacked(photos, region)
+    stack = np.ndindex(sharp.shape[: len(region) - 2])
+    jobs = (
+        _recording_plane(source, plane, sharp[index], curve)
+        for plane, index in zip(planes_of(region), stack, strict=True)
+    )
+    return (yield from _stacking(jobs, region))
 
 
 def restoring(
@@ -106,6 +91,20 @@ def previewing(
     return np.ascontiguousarray(whole.photo[inner])
 
 
+def _linearizing_plane(source: Source, plane: Region, curve: Response) -> Job[FloatArray]:
+    photo = source.photo(plane)
+    check_photo(photo)
+    return (yield from linearizing(color(photo), curve))
+
+
+def _recording_plane(
+    source: Source, plane: Region, sharp: FloatArray, curve: Response
+) -> Job[Image]:
+    photo = source.photo(plane)
+    recorded = yield from reapplying(sharp, curve, photo.dtype)
+    return source.recorded(with_alpha_of(photo, recorded))
+
+
 def _clipped(source: Source, region: Region) -> BoolArray:
     """Where the camera saturated, plane by plane: shape (P, M, N) or (P, M, N, 3)."""
     return np.stack([clipped_pixels(color(source.photo(plane))) for plane in planes_of(region)])
@@ -117,8 +116,15 @@ def _piece(region: Region, index: Sequence[int]) -> Region:
     return (*(slice(start, start + 1) for start in starts), *region[len(index) :])
 
 
-def _stacked(planes: Image | None, region: Region) -> Image:
+def _stacking(jobs: Iterable[Job[Image]], region: Region) -> Job[Image]:
+    """Long job: what the jobs of all planes of a region give, as one array of its shape."""
+    stack = [axis.stop - axis.start for axis in region[:-2]]
+    planes: Image | None = None
+    for done, job in enumerate(jobs):
+        plane = yield from nth(job, done, prod(stack), "slice")
+        if planes is None:
+            planes = np.empty((prod(stack), *plane.shape), dtype=plane.dtype)
+        planes[done] = plane
     if planes is None:
         raise CrfDeblurError("the stack has no slices: choose another layer")
-    stack = [axis.stop - axis.start for axis in region[:-2]]
     return planes.reshape(*stack, *planes.shape[1:])
