@@ -19,7 +19,6 @@ import numpy as np
 
 from napari_crfdeblur import DeblurOptions
 from napari_crfdeblur.fourier import fast_shape, forward, inverse
-from napari_crfdeblur.linear import reapply
 from napari_crfdeblur.pipeline import (
     DEFAULT_METHOD,
     estimating_responses,
@@ -32,7 +31,7 @@ from napari_crfdeblur.pipeline import (
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.quality import psnr
-from napari_crfdeblur.response import GeneralizedGamma
+from napari_crfdeblur.response import GeneralizedGamma, reapply
 from napari_crfdeblur.simulate import Camera, Simulated, simulate, street
 
 Result = TypeVar("Result")

@@ -36,7 +36,6 @@ from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve
 from napari_crfdeblur.edges import estimate_blur_extent, find_edges
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import GivenResponse, MaximumLikelihood, estimate_response
-from napari_crfdeblur.linear import linearize
 from napari_crfdeblur.pipeline import profiles_for
 from napari_crfdeblur.profiles import ByOrientation, sample_profiles
 from napari_crfdeblur.psf import (
@@ -53,7 +52,15 @@ from napari_crfdeblur.psf import (
     estimate_psf_from_profiles,
 )
 from napari_crfdeblur.quality import kernel_similarity, psnr
-from napari_crfdeblur.response import SRGB, Emor, Gamma, GeneralizedGamma, Identity, ResponseCurve
+from napari_crfdeblur.response import (
+    SRGB,
+    Emor,
+    Gamma,
+    GeneralizedGamma,
+    Identity,
+    ResponseCurve,
+    linearize,
+)
 from napari_crfdeblur.simulate import Camera, Scene, Simulated, simulate, street
 
 Floats: TypeAlias = NDArray[np.floating]

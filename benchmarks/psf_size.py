@@ -22,10 +22,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from napari_crfdeblur.linear import linearize
 from napari_crfdeblur.psf import XuJia, camera_shake, disk, estimate_psf, gaussian, line
 from napari_crfdeblur.quality import kernel_similarity
-from napari_crfdeblur.response import Gamma
+from napari_crfdeblur.response import Gamma, linearize
 
 Array = NDArray[np.floating]
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "sharp"

@@ -37,7 +37,6 @@ from napari_crfdeblur.estimate import (
 from napari_crfdeblur.estimate.band import covered_range
 from napari_crfdeblur.estimate.paper import polynomial as poly
 from napari_crfdeblur.estimate.paper.search import search
-from napari_crfdeblur.linear import linearize, reapply
 from napari_crfdeblur.profiles.base import ProfileGroup
 from napari_crfdeblur.psf.projection import project
 from napari_crfdeblur.psf.shapes import camera_shake
@@ -48,6 +47,8 @@ from napari_crfdeblur.response import (
     Identity,
     ResponseCurve,
     dorf_mean,
+    linearize,
+    reapply,
 )
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
 from napari_crfdeblur.simulate.profiles import from_black, recorded

@@ -23,12 +23,11 @@ from scipy import ndimage, optimize
 
 from napari_crfdeblur.deconvolution import LocalShrinkage, deconvolve
 from napari_crfdeblur.deconvolution.varying import deconvolve_varying
-from napari_crfdeblur.linear import linearize
 from napari_crfdeblur.psf import PsfField, PsfStatus, Variational, estimate_psf, estimate_psf_field
 from napari_crfdeblur.psf.field.base import offset_from_middle
 from napari_crfdeblur.psf.field.poses import fit_poses, turns_within
 from napari_crfdeblur.quality import kernel_similarity
-from napari_crfdeblur.response import Gamma, Identity
+from napari_crfdeblur.response import Gamma, Identity, linearize
 from napari_crfdeblur.simulate import Camera, Scene, Simulated, camera_turn, simulate, street
 
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "sharp"

@@ -25,7 +25,6 @@ STAGES = [
     "fourier",
     "boundary",
     "response",
-    "linear",
     "edges",
     "profiles",
     "psf",

@@ -19,11 +19,10 @@ if TYPE_CHECKING:
     from .edges import Edge, find_edges, refine_edges
     from .errors import CrfDeblurError
     from .estimate import ResponseEstimate, estimate_response
-    from .linear import linearize, reapply
     from .pipeline import DeblurOptions, Deblurred, deblur
     from .profiles import ProfileGroup, sample_profiles
     from .psf import PsfEstimate, estimate_psf
-    from .response import ResponseCurve
+    from .response import ResponseCurve, linearize, reapply
 
 # All but Session, which needs napari: `import *` is for those without it, too.
 __all__ = [
@@ -63,8 +62,8 @@ _HOMES = {
     "estimate_psf": "psf",
     "estimate_response": "estimate",
     "find_edges": "edges",
-    "linearize": "linear",
-    "reapply": "linear",
+    "linearize": "response",
+    "reapply": "response",
     "refine_edges": "edges",
     "sample_profiles": "profiles",
 }

@@ -9,13 +9,12 @@ from ._typing import Image
 from .deconvolution import LocalShrinkage, deconvolving
 from .estimate import GivenResponse
 from .io import write_photo, write_psf, write_responses, write_text
-from .linear import linearizing, reapplying
 from .pipeline import Deblurred, deblurring
 from .progress import Job
 from .psf import camera_shake
 from .quality import kernel_similarity, psnr, response_error, ringing, ssim
 from .report import Report, write_report
-from .response import Gamma, GeneralizedGamma, Identity, ResponseCurve
+from .response import Gamma, GeneralizedGamma, Identity, ResponseCurve, linearizing, reapplying
 from .simulate import Camera, Simulated, simulate, street
 
 # A camera whose contrast is stronger than gamma 2.2 allows for: the local exponent goes from

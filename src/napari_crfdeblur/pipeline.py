@@ -26,7 +26,6 @@ from .estimate import (
     estimating_response,
 )
 from .estimate.identifiability import LEAST_COLLINEARITY, levels_apart
-from .linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from .photo import ALPHA, check_photo, color, planes
 from .profiles import ByEdge, ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from .progress import Job, drain
@@ -41,7 +40,7 @@ from .psf import (
     estimating_psf_field,
     estimating_psf_from_profiles,
 )
-from .response import dorf_mean
+from .response import Response, clipped_pixels, clipped_share, dorf_mean, linearizing, reapplying
 
 DEFAULT_METHOD: Deconvolver = LocalShrinkage()  # the best on photos
 # A PSF of 20 pixels looks alike along normals this near each other, to a sixth of a pixel.

@@ -8,10 +8,9 @@ from scipy.ndimage import gaussian_filter
 from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled, Wiener, deconvolve
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.large import informative_region, measure_large, open_source, restore_large
-from napari_crfdeblur.linear import clipped_pixels, linearize, reapply
 from napari_crfdeblur.photo import from_unit
 from napari_crfdeblur.psf import PsfField, PsfStatus, camera_shake
-from napari_crfdeblur.response import SRGB, Gamma
+from napari_crfdeblur.response import SRGB, Gamma, clipped_pixels, linearize, reapply
 
 PSF = camera_shake(9, 3)
 METHOD = Tiled(RichardsonLucy(3), side=120)

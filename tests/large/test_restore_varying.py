@@ -10,10 +10,9 @@ from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy, Tiled
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.large import open_source, restore_large
 from napari_crfdeblur.large.windows import pieces
-from napari_crfdeblur.linear import clipped_pixels, linearize, reapply
 from napari_crfdeblur.photo import from_unit
 from napari_crfdeblur.psf import Poses, PsfField, PsfStatus, camera_shake
-from napari_crfdeblur.response import SRGB
+from napari_crfdeblur.response import SRGB, clipped_pixels, linearize, reapply
 
 da = pytest.importorskip("dask.array")
 

@@ -16,10 +16,9 @@ from napari_crfdeblur._typing import FloatArray, Image
 from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy, Wiener, deconvolve
 from napari_crfdeblur.deconvolution.varying import deconvolve_varying
 from napari_crfdeblur.estimate import GivenResponse
-from napari_crfdeblur.linear import clipped_pixels
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, Poses, PsfField, PsfStatus, XuJia, disk, line
-from napari_crfdeblur.response import Gamma, Identity
+from napari_crfdeblur.response import Gamma, Identity, clipped_pixels
 from napari_crfdeblur.simulate import CameraMotion, Simulated
 
 KEY = "napari-crfdeblur"

@@ -13,9 +13,8 @@ from napari_crfdeblur._napari import preferences
 from napari_crfdeblur._napari.docks import RestoreDock, restore
 from napari_crfdeblur._napari.docks.restore import SLICE, VISIBLE, WHOLE
 from napari_crfdeblur.deconvolution import Wiener
-from napari_crfdeblur.linear import clipped_share
 from napari_crfdeblur.psf import disk, line
-from napari_crfdeblur.response import Gamma
+from napari_crfdeblur.response import Gamma, clipped_share
 from napari_crfdeblur.simulate import Simulated
 
 LONG = 30000  # milliseconds: only a broken run takes as long

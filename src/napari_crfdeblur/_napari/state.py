@@ -9,10 +9,10 @@ from napari.layers import Image as ImageLayer
 from ..edges import Edge
 from ..estimate import Finding, ResponseEstimate
 from ..estimate.likelihood import LiveFit
-from ..linear import Response
 from ..pipeline import joint_curve
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
+from ..response import Response
 from .blurs import Blur
 from .pixels import Region
 

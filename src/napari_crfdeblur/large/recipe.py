@@ -9,10 +9,10 @@ from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import Deconvolver, PlaneStatistics
 from ..deconvolution.tiles import Tile
 from ..errors import CrfDeblurError
-from ..linear import Response, clipped_pixels, linearize, reapply
 from ..photo import ALPHA
 from ..progress import drain
 from ..psf import PsfField
+from ..response import Response, clipped_pixels, linearize, reapply
 from .windows import pieces
 
 PsfOrField: TypeAlias = FloatArray | PsfField

@@ -11,9 +11,9 @@ from .._typing import Image
 from ..deconvolution import Deconvolver, PlaneStatistics, Tiled
 from ..deconvolution.tiles import Grid, Region, Tile
 from ..errors import CrfDeblurError
-from ..linear import Response
 from ..photo import ALPHA
 from ..psf import PsfField, as_psf
+from ..response import Response
 from .recipe import PsfOrField, Recipe, psf_shape
 from .sources import KINDS, Source, open_source
 from .statistics import measure_large

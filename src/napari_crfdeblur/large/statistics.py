@@ -12,10 +12,10 @@ from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
 from ..deconvolution.varying import JUDGED, measuring_misfit
-from ..linear import Response
 from ..progress import Progress, drain
 from ..psf import PsfField
 from ..psf.misfit import evenly, misfit
+from ..response import Response
 from .recipe import PsfOrField, clipped_in, in_light
 from .sources import Source
 from .windows import pieces

@@ -1,7 +1,16 @@
-"""Camera response curves: how recorded intensity follows from light."""
+"""Camera response curves: how recorded intensity follows from light, and both ways between."""
 
 from .base import ResponseCurve
 from .basis import Emor, dorf_mean, emor_table
+from .linear import (
+    Response,
+    clipped_pixels,
+    clipped_share,
+    linearize,
+    linearizing,
+    reapply,
+    reapplying,
+)
 from .parametric import SRGB, Gamma, GeneralizedGamma, Identity, Polynomial
 from .prior import Cameras, ResponsePrior, around
 from .tabulated import Tabulated, monotone
@@ -15,13 +24,20 @@ __all__ = [
     "GeneralizedGamma",
     "Identity",
     "Polynomial",
+    "Response",
     "ResponseCurve",
     "ResponsePrior",
     "Tabulated",
     "Tuned",
     "around",
+    "clipped_pixels",
+    "clipped_share",
     "dorf_mean",
     "emor_table",
+    "linearize",
+    "linearizing",
     "monotone",
+    "reapply",
+    "reapplying",
     "tuned",
 ]

@@ -8,10 +8,9 @@ import numpy as np
 
 from .. import fourier
 from .._typing import FloatArray, Image
-from ..linear import reapply
 from ..photo import from_unit
 from ..psf.base import as_planar_psf
-from ..response import ResponseCurve
+from ..response import ResponseCurve, reapply
 from .motion import CameraMotion
 from .scenes import Scene, TrueEdge
 

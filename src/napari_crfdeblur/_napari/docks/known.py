@@ -7,8 +7,7 @@ from magicgui.widgets.bases import Widget
 from napari.layers import Layer
 
 from ...io.responses import responses_from
-from ...linear import Response
-from ...response import Gamma, ResponseCurve
+from ...response import Gamma, Response, ResponseCurve
 from ..provenance import KEY
 from ..session import Session
 from .choices import given

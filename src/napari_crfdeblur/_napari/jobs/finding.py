@@ -12,7 +12,6 @@ from ...errors import CrfDeblurError
 from ...estimate import MaximumLikelihood, ResponseEstimate, ResponseFit
 from ...estimate.likelihood import LiveFit
 from ...io import read_photo
-from ...linear import Response, clipped_pixels, linearizing
 from ...photo import check_photo, color
 from ...pipeline import (
     DeblurOptions,
@@ -26,6 +25,7 @@ from ...pipeline import (
 from ...profiles import ByOrientation, ProfileGroup, of_channel, sampling_profiles
 from ...progress import Job, Progress
 from ...psf import PsfEstimate, PsfEstimator, PsfField, RadonFit, estimating_psf
+from ...response import Response, clipped_pixels, linearizing
 from ..pixels import Region, Source
 from ..state import EdgeSet, Fitted
 

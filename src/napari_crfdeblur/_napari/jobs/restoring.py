@@ -9,10 +9,10 @@ import numpy as np
 from ..._typing import BoolArray, FloatArray, Image
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
-from ...linear import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from ...photo import check_photo, color
 from ...pipeline import with_alpha_of
 from ...progress import Job, Progress, nth
+from ...response import Response, clipped_pixels, clipped_share, linearizing, reapplying
 from ..blurs import PLANE, Blur, axes_of, check_reach, part_of, undoing, widened
 from ..pixels import Region, Source
 from ..regions import planes_of

@@ -11,11 +11,10 @@ from ...batch import Batch, Fate, deblurring_files
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse
-from ...linear import Response
 from ...pipeline import DEFAULT_METHOD, DeblurOptions
 from ...progress import Job, Progress
 from ...psf import GivenPsf, PsfField
-from ...response import ResponseCurve
+from ...response import Response, ResponseCurve
 from .. import jobs, outputs
 from ..blurs import PLANE, Blur, axes_of
 from ..pixels import Source, source_of, unwrapped

@@ -7,9 +7,9 @@ from napari.layers import Image as ImageLayer
 
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
-from ...linear import Response
 from ...progress import Job, Progress
 from ...psf import PsfEstimate, PsfEstimator, PsfField, PsfStatus, RadonFit, as_psf
+from ...response import Response
 from .. import jobs, outputs
 from ..blurs import check_fit
 from ..pixels import Region, Source

@@ -14,9 +14,9 @@ from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...large import check_target, open_source, restore_large, storing
 from ...large import sources as large
-from ...linear import Response
 from ...pipeline import DEFAULT_METHOD
 from ...progress import Job, Progress
+from ...response import Response
 from .. import outputs
 from ..blurs import Blur, check_fit
 from ..pixels import Region, Source, file_of

@@ -10,9 +10,8 @@ from napari.layers import Image as ImageLayer
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse, MaximumLikelihood, ResponseFit
 from ...io import to_record
-from ...linear import Response
 from ...progress import Job, Progress
-from ...response import ResponseCurve
+from ...response import Response, ResponseCurve
 from .. import jobs
 from ..jobs import Other
 from ..pixels import source_of, unwrapped

@@ -10,11 +10,10 @@ from ..._typing import FloatArray, Image
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse, ResponseFit
-from ...linear import Response
 from ...pipeline import DEFAULT_METHOD, DeblurOptions, edges_needed
 from ...progress import Job
 from ...psf import GivenPsf, PsfEstimate, PsfField
-from ...response import Gamma, ResponseCurve
+from ...response import Gamma, Response, ResponseCurve
 from .. import jobs, outputs
 from ..jobs import Restoration
 from ..pixels import Region, Source

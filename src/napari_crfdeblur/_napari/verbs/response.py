@@ -7,7 +7,7 @@ from napari.layers import Image as ImageLayer
 
 from ...estimate import ResponseFit
 from ...io import read_responses
-from ...linear import Response
+from ...response import Response
 from .. import steps
 from ..state import Fitted
 from ..workspace import Workspace

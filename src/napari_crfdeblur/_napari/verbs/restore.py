@@ -6,9 +6,8 @@ from pathlib import Path
 from napari.layers import Image as ImageLayer
 
 from ...deconvolution import Deconvolver
-from ...linear import Response
 from ...pipeline import DeblurOptions
-from ...response import ResponseCurve
+from ...response import Response, ResponseCurve
 from .. import outputs, steps
 from ..regions import Span
 from ..workspace import Workspace

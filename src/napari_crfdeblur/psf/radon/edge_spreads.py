@@ -7,9 +7,8 @@ import numpy as np
 
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
-from ...linear import Response
 from ...profiles.base import ProfileGroup
-from ...response import ResponseCurve
+from ...response import Response, ResponseCurve
 
 LEAST_CONTRAST = 0.02  # of a profile in linear light: less is noise and rounding
 LEAST_LIGHT = 1e-4  # where the slope of a response is taken; it can be infinite at 0

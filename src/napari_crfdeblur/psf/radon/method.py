@@ -7,9 +7,9 @@ import numpy as np
 from scipy import ndimage
 
 from ..._typing import FloatArray
-from ...linear import Response
 from ...profiles.base import ProfileGroup
 from ...progress import Job, Progress, drain
+from ...response import Response
 from ..base import PsfEstimate, centered, cleared
 from .coverage import judge, measure_coverage
 from .edge_spreads import EdgeSpreads, linearized

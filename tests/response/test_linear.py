@@ -6,14 +6,6 @@ import numpy as np
 import pytest
 from PIL import Image as Pillow
 
-from napari_crfdeblur.linear import (
-    BLOCK,
-    clipped_pixels,
-    linearize,
-    linearizing,
-    reapply,
-    reapplying,
-)
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.response import (
     SRGB,
@@ -23,8 +15,14 @@ from napari_crfdeblur.response import (
     Identity,
     Polynomial,
     Tabulated,
+    clipped_pixels,
     dorf_mean,
+    linearize,
+    linearizing,
+    reapply,
+    reapplying,
 )
+from napari_crfdeblur.response.linear import BLOCK
 
 CURVES = [
     Identity(),

@@ -8,11 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from ._typing import BoolArray, FloatArray, Image
-from .arrays import row_blocks
-from .photo import check_image, from_unit, full_scale
-from .progress import Job, Progress, drain
-from .response import ResponseCurve
+from .._typing import BoolArray, FloatArray, Image
+from ..arrays import row_blocks
+from ..photo import check_image, from_unit, full_scale
+from ..progress import Job, Progress, drain
+from .base import ResponseCurve
 
 Response: TypeAlias = ResponseCurve | Sequence[ResponseCurve]
 """One curve for all channels, or one for each."""
