@@ -1,5 +1,47 @@
-"""The one error that a photograph, rather than a programmer, can cause."""
+"""The one error that a photograph can cause, and what is said of those that others raise."""
+
+import struct
+import zlib
+from tokenize import TokenError
 
 
 class CrfDeblurError(Exception):
     """A photo, PSF or file that does not permit the step; the message says what to do."""
+
+
+DAMAGED = (
+    ArithmeticError,
+    AttributeError,
+    EOFError,
+    LookupError,
+    MemoryError,
+    OSError,
+    RecursionError,
+    RuntimeError,
+    SyntaxError,
+    TokenError,
+    TypeError,
+    ValueError,
+    struct.error,
+    zlib.error,
+)
+"""What decoders and constructors raise for content that ends early or makes no sense."""
+
+REFUSALS = (CrfDeblurError, ValueError, OverflowError, OSError, MemoryError)
+"""What a photo, a file, a disk or an argument can do wrong: said in a sentence, no traceback."""
+
+
+def in_words(error: BaseException) -> str:
+    """The sentence that a user reads of one of the :data:`REFUSALS`.
+
+    Parameters
+    ----------
+    error : Exception
+        One of :data:`REFUSALS`.
+    """
+    if isinstance(error, MemoryError):
+        return "there is not enough memory; use a smaller photo or a part of it"
+    if isinstance(error, OSError):
+        name = f"{error.filename}: " if error.filename else ""
+        return f"{name}{error.strerror or error}; check the file and the disk"
+    return str(error)

@@ -13,7 +13,7 @@ from weakref import WeakValueDictionary
 from psygnal import Signal
 from qtpy.QtCore import QTimer
 
-from ..errors import CrfDeblurError
+from ..errors import REFUSALS, CrfDeblurError, in_words
 from ..progress import Progress, drain
 from .session import Session
 from .step import Effects, Level, Step, apply
@@ -118,8 +118,8 @@ class Lane:
                 self._run = None
                 make, *following = run.following
                 self.start(make(), *following)
-        except (CrfDeblurError, ValueError) as error:
-            self._session.say(f"{run.step.title}: {error}", Level.ERROR)
+        except REFUSALS as error:
+            self._session.say(f"{run.step.title}: {in_words(error)}", Level.ERROR)
         finally:
             if not goes_on and self._run is run:
                 self._end()

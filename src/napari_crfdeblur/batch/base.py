@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .._typing import Image
-from ..errors import CrfDeblurError
+from ..errors import REFUSALS, CrfDeblurError, in_words
 from ..estimate import ResponseEstimate
 from ..io import images, make_folder, write_photo
 from ..io.files import check_input
@@ -24,8 +24,6 @@ from .shared import PsfOf, load, settings_of, sharing_psf, sharing_response
 
 PLANE = 2  # axes
 UNFINISHED = ".crfdeblur-unfinished"
-# What one photo can do wrong without the others being lost.
-BAD_PHOTO = (CrfDeblurError, OSError, MemoryError, ValueError)
 
 
 class Fate(Enum):
@@ -191,7 +189,7 @@ class _Work:
             if self.journal.is_done(name, Stamp.of(photo), self.settings):
                 return Outcome(photo, Fate.KEPT, self.journal.folder / name)
             return name, *load(photo)
-        except BAD_PHOTO as error:
+        except REFUSALS as error:
             return failed(photo, error)
 
     def finish(self, photo: Path, name: str, stamp: Stamp, sharp: Image) -> Outcome:
@@ -201,7 +199,7 @@ class _Work:
             stamp.check()
             write_photo(self.aside / name, sharp, like=photo)
             (self.aside / name).replace(result)
-        except BAD_PHOTO as error:
+        except REFUSALS as error:
             return failed(photo, error)
         self.journal.finish(name, stamp, self.settings)
         return Outcome(photo, Fate.DONE, result)
@@ -220,7 +218,7 @@ def _one_by_one(work: _Work, photos: Sequence[Path]) -> Job[dict[Path, Outcome]]
         try:
             job = nth(deblurring(pixels, work.options), number, len(photos), "photo")
             sharp = (yield from job).photo
-        except BAD_PHOTO as error:
+        except REFUSALS as error:
             outcomes[photo] = failed(photo, error)
         else:
             outcomes[photo] = work.finish(photo, name, stamp, sharp)
@@ -266,7 +264,7 @@ def _shared_out(
                     raise
                 except WorkersDied as error:
                     suspects[photo] = error
-                except BAD_PHOTO as error:
+                except REFUSALS as error:
                     outcomes[photo] = failed(photo, error)
                 else:
                     outcomes[photo] = work.finish(photo, name, stamp, sharp)
@@ -283,8 +281,7 @@ def sharpened(pixels: Image, options: DeblurOptions) -> Image:
 
 def failed(photo: Path, error: BaseException) -> Outcome:
     """A photo that is passed over, and why."""
-    reason = str(error) or "there is not enough memory"
-    return Outcome(photo, Fate.FAILED, reason=reason.removeprefix(f"{photo}: "))
+    return Outcome(photo, Fate.FAILED, reason=in_words(error).removeprefix(f"{photo}: "))
 
 
 def _ending(photo: Path) -> str:

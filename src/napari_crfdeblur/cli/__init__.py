@@ -3,7 +3,7 @@
 import sys
 from collections.abc import Sequence
 
-from ..errors import CrfDeblurError
+from ..errors import REFUSALS, in_words
 from .parser import parse
 
 FAILED = 2
@@ -23,13 +23,8 @@ def main(argv: Sequence[str] | None = None) -> int:
         from . import commands
 
         complete = getattr(commands, arguments.command)(arguments)
-    except (CrfDeblurError, ValueError) as error:
-        return _fail(str(error))
-    except OSError as error:
-        name = f"{error.filename}: " if error.filename else ""
-        return _fail(f"{name}{error.strerror or error}; check the file and the disk")
-    except MemoryError:
-        return _fail("there is not enough memory; use a smaller photo or a part of it")
+    except REFUSALS as error:
+        return _fail(in_words(error))
     except KeyboardInterrupt:
         return _fail("stopped; no file was left half written, so start again when you like")
     return IN_PART if complete is False else 0

@@ -11,8 +11,8 @@ from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Any
 
+from ..errors import DAMAGED
 from .files import check_input
-from .images import DAMAGED
 
 LEVELS = {0: "normal", 1: "soft", 2: "hard"}
 # What EXIF 2.32 (CIPA DC-008, section 4.6.5) says of the rendering; sharpness acts on edges.

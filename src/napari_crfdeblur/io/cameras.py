@@ -11,15 +11,13 @@ import numpy as np
 
 from .._typing import Image
 from .._version import __version__
-from ..errors import CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError
 from ..response import ResponsePrior
 from .camera_keys import CameraKey
 from .files import check_folder, check_input, write_text
 from .records import from_record, to_record
 
 FORMAT, VERSION = "crfdeblur-camera", 1
-# What is raised for content that makes no sense, by the constructors too.
-DAMAGED = (AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
 @dataclass(frozen=True, slots=True)

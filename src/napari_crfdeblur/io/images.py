@@ -1,7 +1,6 @@
 """Photos from and to files: PNG, JPEG and TIFF, with 8 and 16 bits or floats."""
 
 import struct
-import zlib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -10,7 +9,7 @@ import numpy as np
 
 from .._typing import Image
 from .._version import __version__
-from ..errors import CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError
 from ..photo import ALPHA, color
 from .files import check_input, check_output, replacing
 from .tiff import LARGEST, read_tiff
@@ -19,19 +18,6 @@ TIFF = (".tif", ".tiff")
 JPEG = (".jpg", ".jpeg")
 WRITABLE = (".png", *TIFF, *JPEG)
 JPEG_QUALITY = 95
-# What the decoders raise for data that end early or make no sense.
-DAMAGED = (
-    ArithmeticError,
-    AttributeError,
-    LookupError,
-    OSError,
-    RuntimeError,
-    SyntaxError,
-    TypeError,
-    ValueError,
-    struct.error,
-    zlib.error,
-)
 
 
 def read_photo(path: Path) -> Image:

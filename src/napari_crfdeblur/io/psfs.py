@@ -1,16 +1,15 @@
 """Point spread functions from and to pictures and arrays."""
 
 from pathlib import Path
-from tokenize import TokenError
 
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..errors import CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError
 from ..photo import from_unit
 from ..psf import as_psf, centered
 from .files import check_input, check_output, replacing
-from .images import DAMAGED, TIFF, read_photo, write_photo
+from .images import TIFF, read_photo, write_photo
 from .tiff import read_slices
 
 SUFFIXES = (".png", *TIFF, ".npy")
@@ -76,7 +75,7 @@ def _write_pages(path: Path, psf: FloatArray) -> None:
 def _read_array(path: Path) -> FloatArray:
     try:
         values = np.load(path, allow_pickle=False)
-    except (OSError, ValueError, EOFError, MemoryError, SyntaxError, TokenError) as error:
+    except DAMAGED as error:
         raise CrfDeblurError(f"{path}: not a whole NPY file ({error}); save it again") from error
     if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":
         raise CrfDeblurError(f"{path}: holds no real numbers; give one array of them")

@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import deconvolution, edges, estimate, profiles, psf, response
 from .._typing import Image
-from ..errors import CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError
 
 Record: TypeAlias = Any
 """What ``json`` writes and reads: None, bool, int, float, str, list or dict of such."""
@@ -30,9 +30,6 @@ MEMBERS: dict[str, type[Any]] = {
     if isinstance(member, type) and (is_dataclass(member) or issubclass(member, Enum))
 }
 """The classes that have records, by name: all that the stages export and that hold values."""
-
-# What is raised for content that makes no sense, by the constructors too.
-DAMAGED = (AttributeError, LookupError, OverflowError, TypeError, ValueError)
 
 
 def to_record(value: object) -> Record:

@@ -9,10 +9,10 @@ import numpy as np
 
 from .._typing import Image
 from ..deconvolution.tiles import Region
-from ..errors import CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError
 from ..io import read_photo
 from ..io.files import check_input
-from ..io.images import DAMAGED, TIFF
+from ..io.images import TIFF
 from ..photo import ALPHA
 from .stamp import Stamp
 

@@ -15,8 +15,7 @@ import numpy as np
 
 from .._typing import Image
 from ..deconvolution.tiles import Region
-from ..errors import CrfDeblurError
-from ..io.images import DAMAGED
+from ..errors import DAMAGED, CrfDeblurError
 from .stamp import Stamp
 
 if TYPE_CHECKING:
