@@ -48,7 +48,9 @@ from skimage import color, data, io
 from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve
 from napari_crfdeblur.profiles import ProfileGroup
 from napari_crfdeblur.psf import (
+    Evidence,
     Fergus,
+    RadonFit,
     PsfEstimate,
     Shan,
     Variational,
@@ -56,7 +58,6 @@ from napari_crfdeblur.psf import (
     camera_shake,
     disk,
     estimate_psf,
-    estimate_psf_from_profiles,
     kernel_b,
     line,
     project,
@@ -256,7 +257,7 @@ def print_edges() -> None:
         for orientations, noise in CONDITIONS:
             groups = simulated_profiles(psf, orientations, noise)
             start = time.process_time()
-            estimate = estimate_psf_from_profiles(groups, CURVE)
+            estimate = estimate_psf(Evidence(groups=tuple(groups), response=CURVE), RadonFit())
             longest = max(longest, time.process_time() - start)
             status = estimate.status.name.lower()
             cells.append(f"{kernel_similarity(estimate.psf, psf):.3f} {status}")

@@ -39,6 +39,7 @@ from napari_crfdeblur.estimate import GivenResponse, MaximumLikelihood, estimate
 from napari_crfdeblur.pipeline import profiles_for
 from napari_crfdeblur.profiles import ByOrientation, sample_profiles
 from napari_crfdeblur.psf import (
+    Evidence,
     Fergus,
     GivenPsf,
     PsfEstimate,
@@ -49,7 +50,6 @@ from napari_crfdeblur.psf import (
     camera_shake,
     delta,
     estimate_psf,
-    estimate_psf_from_profiles,
 )
 from napari_crfdeblur.quality import kernel_similarity, psnr
 from napari_crfdeblur.response import (
@@ -144,7 +144,7 @@ def estimate(photo: Floats, curve: ResponseCurve, method: Any) -> PsfEstimate:
         return estimate_psf(linearize(photo, curve), method)
     edges = find_edges(photo, blur_extent=estimate_blur_extent(photo))
     groups = sample_profiles(photo, edges, grouping=ByOrientation(tolerance=radians(1)))
-    return estimate_psf_from_profiles(groups, curve, method)
+    return estimate_psf(Evidence(groups=tuple(groups), response=curve), method)
 
 
 def psfs_of(case: Case, names: list[str]) -> Psfs:

@@ -335,11 +335,11 @@ def speed() -> None:
         f"irfft2 of 3072 x 4096 float32, {pair:.0f} ms of CPU\n"
     )
     times = {n: cpu(lambda m=m: estimate_response(groups, m), 3) for n, m in works.items()}
-    live = drain(MaximumLikelihood().fitting(groups))
+    live = drain(MaximumLikelihood().fitting(groups)).fits[0]
     first, *rest = groups
     fewer = [first.select(np.arange(1, len(first))), *rest]
     times["likelihood, 12 directions, live, without an edge"] = cpu(lambda: live.refit(fewer), 15)
-    live = drain(MaximumLikelihood().fitting(fewer))
+    live = drain(MaximumLikelihood().fitting(fewer)).fits[0]
     times["likelihood, 12 directions, live, with an edge more"] = cpu(
         lambda: live.refit(groups), 15
     )

@@ -35,20 +35,32 @@ def check_photo(photo: Image) -> None:
             f"the image is only {photo.shape[1]} x {photo.shape[0]} pixels; "
             "use a photo of at least 8 x 8 pixels"
         )
-    low, high = float(color(photo).min()), float(color(photo).max())
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
+    low, high = check_values(color(photo))
     if low >= full_scale(photo):
         raise CrfDeblurError("the image is saturated throughout; use a shorter exposure")
     if low == high:
         raise CrfDeblurError("the image is constant; use a photo that shows something")
-    if photo.dtype.kind == "f" and not (low >= 0 and high <= 1):
+
+
+def check_values(pixels: Image) -> tuple[float, float]:
+    """The range of pixels of a photo, alpha left out; refuses what is no intensity.
+
+    Raises
+    ------
+    CrfDeblurError
+        Not finite, or floats outside [0, 1].
+    """
+    low, high = float(pixels.min()), float(pixels.max())
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise CrfDeblurError(
+            "the image has pixels that are not finite (NaN or infinity); replace them first"
+        )
+    if pixels.dtype.kind == "f" and not (low >= 0 and high <= 1):
         raise CrfDeblurError(
             f"the image has values from {low:.4g} to {high:.4g}; "
             "divide a floating-point image by its full scale, so that it lies in [0, 1]"
         )
+    return low, high
 
 
 def check_image(image: Image) -> None:

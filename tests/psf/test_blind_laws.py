@@ -9,6 +9,7 @@ from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import (
+    Evidence,
     Fergus,
     Shan,
     Variational,
@@ -91,7 +92,7 @@ def test_clipped_light_is_left_out(method: Method) -> None:
     photo = blurred(truth, 120, 150)
     clipped = photo > 0.8
     spoiled = np.where(clipped, 0.8, photo)
-    estimate = estimate_psf(spoiled, method(size=7), clipped=clipped)
+    estimate = estimate_psf(Evidence(spoiled, clipped), method(size=7))
     assert kernel_similarity(estimate.psf, truth) > 0.8
 
 

@@ -7,7 +7,7 @@ from scipy.signal import fftconvolve
 from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.progress import Job
-from napari_crfdeblur.psf import XuJia, camera_shake, disk, estimate_psf, line
+from napari_crfdeblur.psf import Evidence, XuJia, camera_shake, disk, estimate_psf, line
 from napari_crfdeblur.psf.blind.blurred import Blurred
 from napari_crfdeblur.psf.blind.colors import channel_weights
 from napari_crfdeblur.psf.blind.size import cut, extent_of, finding_size, odd
@@ -94,7 +94,7 @@ def test_clipped_light_is_left_out() -> None:
     photo = fftconvolve(sharp, truth, mode="valid")
     clipped = photo >= 1
     photo = np.asarray(np.clip(photo, 0, 1), dtype=np.float32)
-    masked = estimate_psf(photo, XuJia(size=13), clipped=clipped).psf
+    masked = estimate_psf(Evidence(photo, clipped), XuJia(size=13)).psf
     naive = estimate_psf(photo, XuJia(size=13)).psf
     assert kernel_similarity(masked, truth) > 0.8
     assert kernel_similarity(masked, truth) > kernel_similarity(naive, truth) - 0.02
@@ -121,7 +121,7 @@ def test_text_on_clipped_white_keeps_what_there_is() -> None:
 
 def test_a_mask_of_another_shape_is_refused() -> None:
     with pytest.raises(ValueError, match="clipped pixels of shape"):
-        estimate_psf(scene(60, 70), XuJia(size=5), clipped=np.zeros((60, 71), dtype=bool))
+        Evidence(scene(60, 70), np.zeros((60, 71), dtype=bool))
 
 
 def test_edges_between_colors_of_one_brightness_count() -> None:

@@ -10,12 +10,15 @@ from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.profiles import ProfileGroup, ProfileSource
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import (
+    Evidence,
+    PsfEstimate,
     PsfStatus,
     RadonFit,
+    XuJia,
     camera_shake,
     disk,
-    estimate_psf_from_profiles,
-    estimating_psf_from_profiles,
+    estimate_psf,
+    estimating_psf,
     gaussian,
     line,
     project,
@@ -68,6 +71,16 @@ def profiles(
     return groups
 
 
+def from_edges(
+    groups: Sequence[ProfileGroup],
+    curve: ResponseCurve | list[ResponseCurve],
+    method: RadonFit | None = None,
+) -> PsfEstimate:
+    """The PSF that these profiles show."""
+    evidence = Evidence(groups=tuple(groups), response=curve)
+    return estimate_psf(evidence, method or RadonFit())
+
+
 def turned(group: ProfileGroup) -> ProfileGroup:
     """The same edges seen from their other side."""
     return replace(
@@ -84,14 +97,14 @@ def turned(group: ProfileGroup) -> ProfileGroup:
     "truth", [SHAKE, camera_shake(15, 8), line(9, 0.5), disk(4), gaussian(1.5)]
 )
 def test_many_orientations_determine_the_psf(truth: FloatArray) -> None:
-    estimate = estimate_psf_from_profiles(profiles(truth, ALL_ROUND), CURVE)
+    estimate = from_edges(profiles(truth, ALL_ROUND), CURVE)
     # what is left are pixels below a fiftieth of the peak and a part of a pixel of shift
     assert kernel_similarity(estimate.psf, truth) > 0.97
     assert estimate.status is PsfStatus.GOOD
 
 
 def test_it_is_not_the_mirror_image() -> None:
-    psf = estimate_psf_from_profiles(profiles(SHAKE, ALL_ROUND), CURVE).psf
+    psf = from_edges(profiles(SHAKE, ALL_ROUND), CURVE).psf
     for other in (SHAKE[::-1, ::-1], SHAKE[::-1], SHAKE[:, ::-1]):
         assert kernel_similarity(psf, SHAKE) > kernel_similarity(psf, other) + 0.05
 
@@ -99,13 +112,13 @@ def test_it_is_not_the_mirror_image() -> None:
 def test_noise_does_little_harm() -> None:
     groups = profiles(SHAKE, ALL_ROUND, noise=0.01)
     # ten orientations of three edges each, a hundredth of full scale
-    assert kernel_similarity(estimate_psf_from_profiles(groups, CURVE).psf, SHAKE) > 0.93
+    assert kernel_similarity(from_edges(groups, CURVE).psf, SHAKE) > 0.93
 
 
 @pytest.mark.parametrize("size", [None, 15])
 def test_the_result_is_a_psf_centered_to_a_pixel(size: int | None) -> None:
     groups = profiles(SHAKE, ALL_ROUND, noise=0.005)
-    psf = estimate_psf_from_profiles(groups, CURVE, RadonFit(size=size)).psf
+    psf = from_edges(groups, CURVE, RadonFit(size=size)).psf
     assert all(side % 2 == 1 for side in psf.shape)
     assert psf.min() >= 0
     assert psf.sum() == pytest.approx(1, abs=1e-12)  # rounding
@@ -116,7 +129,7 @@ def test_the_result_is_a_psf_centered_to_a_pixel(size: int | None) -> None:
 def test_transposed_edges_transpose_the_psf() -> None:
     groups = profiles(SHAKE, ALL_ROUND)
     across = [replace(g, orientation=np.pi / 2 - g.orientation) for g in groups]
-    psf, other = (estimate_psf_from_profiles(g, CURVE).psf for g in (groups, across))
+    psf, other = (from_edges(g, CURVE).psf for g in (groups, across))
     # the order of the pixels decides over rounding, and thereby over when the search ends
     np.testing.assert_allclose(other, psf.T, atol=1e-4)
 
@@ -124,7 +137,7 @@ def test_transposed_edges_transpose_the_psf() -> None:
 def test_a_quarter_turn_of_the_edges_turns_the_psf() -> None:
     groups = profiles(SHAKE, ALL_ROUND)
     on = [replace(g, orientation=g.orientation + np.pi / 2) for g in groups]
-    psf, other = (estimate_psf_from_profiles(g, CURVE).psf for g in (groups, on))
+    psf, other = (from_edges(g, CURVE).psf for g in (groups, on))
     # (row, column) = (sin, cos): a normal along columns comes to lie along rows
     np.testing.assert_allclose(other, np.rot90(psf, -1), atol=1e-4)
 
@@ -132,13 +145,13 @@ def test_a_quarter_turn_of_the_edges_turns_the_psf() -> None:
 def test_it_does_not_matter_from_which_side_an_edge_is_seen() -> None:
     groups = profiles(SHAKE, ALL_ROUND)
     other = [turned(g) if n % 2 else g for n, g in enumerate(groups)]
-    psf, seen = (estimate_psf_from_profiles(g, CURVE).psf for g in (groups, other))
+    psf, seen = (from_edges(g, CURVE).psf for g in (groups, other))
     np.testing.assert_allclose(seen, psf, atol=1e-4)  # as above
 
 
 def test_polarity_does_not_matter() -> None:
     rising, falling = (
-        estimate_psf_from_profiles(profiles(SHAKE, ALL_ROUND, falling=falling), CURVE).psf
+        from_edges(profiles(SHAKE, ALL_ROUND, falling=falling), CURVE).psf
         for falling in (False, True)
     )
     assert kernel_similarity(rising, falling) > 0.99  # variances are those of other intensities
@@ -146,7 +159,7 @@ def test_polarity_does_not_matter() -> None:
 
 def test_where_the_edges_lie_does_not_matter() -> None:
     here, there = (
-        estimate_psf_from_profiles(profiles(SHAKE, ALL_ROUND, beside=beside), CURVE).psf
+        from_edges(profiles(SHAKE, ALL_ROUND, beside=beside), CURVE).psf
         for beside in (0.0, 3.0)
     )
     assert kernel_similarity(here, there) > 0.98  # a part of a pixel of shift
@@ -154,7 +167,7 @@ def test_where_the_edges_lie_does_not_matter() -> None:
 
 def test_the_amount_of_light_does_not_matter() -> None:
     bright, dim = (
-        estimate_psf_from_profiles(profiles(SHAKE, ALL_ROUND, gain=gain), CURVE).psf
+        from_edges(profiles(SHAKE, ALL_ROUND, gain=gain), CURVE).psf
         for gain in (1.0, 0.5)
     )
     # the floor of the noise is a share of full scale
@@ -163,7 +176,7 @@ def test_the_amount_of_light_does_not_matter() -> None:
 
 def test_the_estimate_repeats_exactly() -> None:
     groups = profiles(SHAKE, ALL_ROUND, noise=0.01)
-    first, second = (estimate_psf_from_profiles(groups, CURVE) for _ in range(2))
+    first, second = (from_edges(groups, CURVE) for _ in range(2))
     np.testing.assert_array_equal(first.psf, second.psf)
     assert first.diagnostics == second.diagnostics
 
@@ -174,8 +187,8 @@ def test_the_response_is_undone_channel_by_channel() -> None:
     for channel, curve in enumerate(curves):
         for group in profiles(SHAKE, ALL_ROUND, curve=curve, each=1, seed=channel):
             groups.append(replace(group, sources=(ProfileSource(0, 0, channel),)))
-    right = estimate_psf_from_profiles(groups, curves)
-    wrong = estimate_psf_from_profiles(groups, curves[0])
+    right = from_edges(groups, curves)
+    wrong = from_edges(groups, curves[0])
     assert kernel_similarity(right.psf, SHAKE) > 0.97
     assert right.diagnostics["misfit"] < wrong.diagnostics["misfit"] / 4
 
@@ -187,7 +200,7 @@ def test_bad_edges_hardly_count() -> None:
         intensity = group.intensity.copy()
         intensity[0] = np.linspace(*group.sides[0], intensity.shape[1])
         spoiled.append(replace(group, intensity=intensity))
-    psf = estimate_psf_from_profiles(spoiled, CURVE, RadonFit(size=13)).psf
+    psf = from_edges(spoiled, CURVE, RadonFit(size=13)).psf
     assert kernel_similarity(psf, SHAKE) > 0.95
 
 
@@ -195,7 +208,7 @@ def test_bad_edges_hardly_count() -> None:
     ("angles", "gap"), [([0.4], 180), ([0.1, 0.1 + np.pi / 2], 90), ([0.1, 0.5, 0.9, 1.3], 111)]
 )
 def test_few_orientations_are_doubted(angles: list[float], gap: float) -> None:
-    estimate = estimate_psf_from_profiles(profiles(SHAKE, angles), CURVE)
+    estimate = from_edges(profiles(SHAKE, angles), CURVE)
     assert estimate.status is PsfStatus.INCOMPLETE
     assert estimate.diagnostics["gap"] == pytest.approx(gap, abs=1)  # rounded above
     assert estimate.diagnostics["orientations"] == len(angles)
@@ -203,7 +216,7 @@ def test_few_orientations_are_doubted(angles: list[float], gap: float) -> None:
 
 def test_one_orientation_is_still_explained() -> None:
     groups = profiles(SHAKE, [0.4], beside=0)
-    psf = estimate_psf_from_profiles(groups, CURVE).psf
+    psf = from_edges(groups, CURVE).psf
     positions = np.linspace(-8, 8, 33)
     found, truth = (project(k, 0.4, positions[:, np.newaxis]).ravel() for k in (psf, SHAKE))
     shift = (truth - found).sum() * 0.5
@@ -213,7 +226,7 @@ def test_one_orientation_is_still_explained() -> None:
 
 def test_no_profiles_are_refused_with_advice() -> None:
     with pytest.raises(CrfDeblurError, match="find or draw more edges"):
-        estimate_psf_from_profiles([], CURVE)
+        from_edges([], CURVE)
 
 
 def test_profiles_without_contrast_are_refused_with_advice() -> None:
@@ -222,14 +235,14 @@ def test_profiles_without_contrast_are_refused_with_advice() -> None:
         for g in profiles(SHAKE, ALL_ROUND)
     ]
     with pytest.raises(CrfDeblurError, match="contrast"):
-        estimate_psf_from_profiles(groups, CURVE)
+        from_edges(groups, CURVE)
 
 
 def test_a_channel_without_a_response_is_refused() -> None:
     groups = profiles(SHAKE, ALL_ROUND)
     groups[0] = replace(groups[0], sources=tuple(ProfileSource(0, e, 2) for e in range(3)))
     with pytest.raises(ValueError, match="channel 2"):
-        estimate_psf_from_profiles(groups, [CURVE, CURVE])
+        from_edges(groups, [CURVE, CURVE])
 
 
 @pytest.mark.parametrize(
@@ -241,9 +254,23 @@ def test_impossible_options_are_refused(options: dict[str, float]) -> None:
         RadonFit(**options)  # type: ignore[arg-type]
 
 
+def all_round() -> Evidence:
+    return Evidence(groups=tuple(profiles(SHAKE, ALL_ROUND)), response=CURVE)
+
+
+def test_profiles_without_a_response_are_refused() -> None:
+    with pytest.raises(ValueError, match="response"):
+        estimate_psf(replace(all_round(), response=None), RadonFit())
+
+
+def test_a_method_that_looks_at_the_picture_needs_one() -> None:
+    with pytest.raises(ValueError, match="picture"):
+        estimate_psf(all_round(), XuJia())
+
+
 def test_progress_rises_to_the_total() -> None:
     reports: list[Progress] = []
-    drain(estimating_psf_from_profiles(profiles(SHAKE, ALL_ROUND), CURVE), reports.append)
+    drain(estimating_psf(all_round(), RadonFit()), reports.append)
     done = [report.done for report in reports]
     assert done == sorted(done)
     assert done[-1] == reports[-1].total
@@ -251,7 +278,7 @@ def test_progress_rises_to_the_total() -> None:
 
 
 def test_closing_stops_the_job() -> None:
-    job = estimating_psf_from_profiles(profiles(SHAKE, ALL_ROUND), CURVE)
+    job = estimating_psf(all_round(), RadonFit())
     next(job)
     next(job)
     job.close()

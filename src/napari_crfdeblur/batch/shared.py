@@ -8,18 +8,13 @@ from pathlib import Path
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..errors import CrfDeblurError
-from ..estimate import GivenResponse, ResponseEstimate, ResponseFit
+from ..errors import REFUSALS, CrfDeblurError
+from ..estimate import GivenResponse, PerChannel, ResponseEstimate, estimating_responses
 from ..io import read_photo, read_psf, read_responses, write_psf, write_responses
 from ..large.stamp import Stamp
 from ..photo import check_photo
-from ..pipeline import (
-    DeblurOptions,
-    estimating_responses,
-    finding_blur,
-    gathering_profiles,
-    seeking_edges,
-)
+from ..pipeline import DeblurOptions, Intermediates, Stage, profiling, walking
+from ..pipeline.intermediates import made
 from ..profiles import ProfileGroup
 from ..progress import Job, Progress, nth
 from ..psf import GivenPsf, PsfEstimate
@@ -55,21 +50,21 @@ def sharing_response(
 
     What was found before from the same photos, or from more, is taken again.
     """
-    fits = options.response
-    methods = [fits] if isinstance(fits, ResponseFit) else list(fits)
-    if all(isinstance(method, GivenResponse) for method in methods):
+    method = options.response
+    if not method.needs_profiles:
         return options, ()
     path = journal.folder / RESPONSE
-    way = fingerprint({"response": methods, "blur_extent": options.blur_extent})
+    way = fingerprint({"response": method, "blur_extent": options.blur_extent})
     found: tuple[ResponseEstimate, ...] = ()
     if not (path.exists() and journal.found("response", way, [*photos])):
         groups = yield from _pooling(options, _spread(photos, MOST))
-        found = yield from estimating_responses(groups, fits)
+        found = (yield from estimating_responses(groups, method)).estimates
         write_responses(path, found)
         journal.keep("response", way, [*photos])
     # as the file has it, so that another run gets the same numbers
     curves = [GivenResponse(curve) for curve in read_responses(path)]
-    return replace(options, response=curves[0] if len(curves) == 1 else curves), found
+    known = curves[0] if len(curves) == 1 else PerChannel(tuple(curves))
+    return replace(options, response=known), found
 
 
 def sharing_psf(
@@ -103,9 +98,9 @@ def _pooling(options: DeblurOptions, photos: Sequence[Path]) -> Job[list[Profile
         yield Progress(f"edges of {path.name}", index, len(photos))
         try:
             pixels, _ = load(path)
-            edges = yield from nth(seeking_edges(pixels, options), index, len(photos), "photo")
-            groups += yield from gathering_profiles(options.response, pixels, edges, index)
-        except (CrfDeblurError, OSError, MemoryError):
+            job = profiling(pixels, options, index)
+            groups += (yield from nth(job, index, len(photos), "photo")).groups or ()
+        except REFUSALS:
             continue  # it will be reported when its turn comes
         good += 1
     if not good:
@@ -122,10 +117,10 @@ def _measuring(
         yield Progress(f"PSF of {path.name}", index, len(photos))
         try:
             pixels, _ = load(path)
-            blur = yield from nth(finding_blur(pixels, options), index, len(photos), "photo")
-        except (CrfDeblurError, OSError, MemoryError):
+            job = walking(Intermediates(pixels), options, until=Stage.PSF)
+            found.append(made((yield from nth(job, index, len(photos), "photo")).psf, "a PSF"))
+        except REFUSALS:
             continue
-        found.append(blur.psf)
         if len(found) == count:
             break
     if not found:

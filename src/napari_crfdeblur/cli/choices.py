@@ -22,6 +22,7 @@ from ..estimate import (
     KnownPsf,
     MaximumLikelihood,
     MeanProfile,
+    PerChannel,
     RankMinimization,
     ResponseFit,
     Tail,
@@ -45,7 +46,6 @@ from ..psf import (
 from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePrior, around
 
 Prior: TypeAlias = Cameras | ResponsePrior
-Fits: TypeAlias = ResponseFit | Sequence[ResponseFit]
 
 DECONVOLVERS: dict[str, Callable[[], Deconvolver]] = {
     "local-shrinkage": LocalShrinkage,
@@ -56,7 +56,7 @@ DECONVOLVERS: dict[str, Callable[[], Deconvolver]] = {
     "wiener": Wiener,
 }
 
-PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | RadonFit | None]] = {
+PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | None]] = {
     "auto": lambda size: Variational(size=size) if size else None,
     "edges": lambda size: RadonFit(size=size),
     "variational": lambda size: Variational(size=size),
@@ -94,7 +94,7 @@ def camera_priors(text: str | None, per_channel: bool) -> tuple[Prior, ...]:
     return tuple(map(around, curves))
 
 
-def response_fits(arguments: Namespace) -> Fits:
+def response_fits(arguments: Namespace) -> ResponseFit:
     """Method for ``--response``, ``--prior`` and ``--per-channel``: estimation, or curves."""
     if arguments.response == "auto":
         return _likelihood(arguments, None)
@@ -103,7 +103,7 @@ def response_fits(arguments: Namespace) -> Fits:
     return _of_channels([*map(GivenResponse, known_response(arguments.response))], arguments)
 
 
-def fits_named(arguments: Namespace) -> Fits:
+def fits_named(arguments: Namespace) -> ResponseFit:
     """Method for ``estimate --method``, ``--psf``, ``--prior`` and ``--per-channel``."""
     name, psf = arguments.method, arguments.psf
     if name == "likelihood":
@@ -113,16 +113,16 @@ def fits_named(arguments: Namespace) -> Fits:
     return _of_channels([_of_the_paper(name, psf)], arguments)
 
 
-def _likelihood(arguments: Namespace, psf: FloatArray | None) -> Fits:
+def _likelihood(arguments: Namespace, psf: FloatArray | None) -> ResponseFit:
     priors = camera_priors(arguments.prior, arguments.per_channel)
     return _of_channels([MaximumLikelihood(prior, psf) for prior in priors], arguments)
 
 
-def _of_channels(fits: Sequence[ResponseFit], arguments: Namespace) -> Fits:
+def _of_channels(fits: Sequence[ResponseFit], arguments: Namespace) -> ResponseFit:
     """One method for all channels, or, if there are 3 or ``--per-channel``, one for each."""
     if len(fits) > 1:
-        return fits
-    return [*fits] * 3 if arguments.per_channel else fits[0]
+        return PerChannel(tuple(fits))
+    return PerChannel.alike(fits[0]) if arguments.per_channel else fits[0]
 
 
 def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
@@ -137,7 +137,7 @@ def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
     return RankMinimization(Tail.ALL if name == "rank-all" else Tail.SECOND)
 
 
-def psf_estimator(text: str, size: int | None) -> PsfEstimator | RadonFit | None:
+def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
     if text in PSF_METHODS:
         return PSF_METHODS[text](size)

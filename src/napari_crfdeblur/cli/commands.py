@@ -10,7 +10,7 @@ from .. import demo as demonstration
 from .._typing import FloatArray, Image
 from ..edges import Edge
 from ..errors import CrfDeblurError
-from ..estimate import GivenResponse, ResponseEstimate
+from ..estimate import GivenResponse, ResponseEstimate, estimating_responses
 from ..io import (
     StoredCamera,
     check_output,
@@ -28,14 +28,8 @@ from ..io import (
 from ..io import edges as edge_files
 from ..io import responses as response_files
 from ..photo import check_photo
-from ..pipeline import (
-    DeblurOptions,
-    deblurring,
-    estimating_responses,
-    finding_blur,
-    gathering_profiles,
-    seeking_edges,
-)
+from ..pipeline import DeblurOptions, Intermediates, Stage, deblurring, profiling, walking
+from ..pipeline.intermediates import made
 from ..psf import PsfEstimate, PsfField, PsfStatus
 from ..report import SUFFIXES as REPORTS
 from ..report import Report, write_report
@@ -106,13 +100,14 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
             "--cameras is for photos that are worked on as a whole; estimate the response first, "
             "and give it with --response"
         )
-    found, report = deblur_in_tiles(arguments, output, options)
+    report = deblur_in_tiles(arguments, output, options)
     _write_extras(arguments, report)
-    _say_edges(found.edges)
-    _say_responses(found.responses)
-    _say_psf(found.psf)
-    if found.field:
-        _say_field(found.field)
+    _say_edges(report.edges)
+    _say_responses(report.responses)
+    if report.psf:
+        _say_psf(report.psf)
+    if report.field:
+        _say_field(report.field)
     print(f"wrote {output}")
 
 
@@ -144,13 +139,11 @@ def estimate(arguments: Namespace) -> None:
         _say_camera(camera)
         paths, photos = ([each[i] for i in camera.used] for each in (paths, photos))
         method = camera.method(method)
-    edges = [run(seeking_edges(photo, options)) for photo in photos]
-    groups = [
-        group
-        for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
-        for group in run(gathering_profiles(method, photo, own, index))
-    ]
-    found = run(estimating_responses(groups, method))
+    options = replace(options, response=method)
+    seen = [run(profiling(photo, options, index)) for index, photo in enumerate(photos)]
+    edges = [each.edges or () for each in seen]
+    groups = [group for each in seen for group in each.groups or ()]
+    found = run(estimating_responses(groups, method)).estimates
     found = camera.told(found) if camera else found
     if arguments.output:
         write_responses(arguments.output, found)
@@ -176,14 +169,16 @@ def psf(arguments: Namespace) -> None:
     )
     photo = _photo(arguments.photo)
     camera = _camera(arguments, photo)
-    found = run(finding_blur(photo, _from(camera, options)))
-    responses = camera.told(found.responses) if camera else found.responses
-    write_psf(output, found.psf.psf)
+    have = run(walking(Intermediates(photo), _from(camera, options), until=Stage.PSF))
+    found = made(have.psf, "a PSF")
+    responses = made(have.response, "a response").estimates
+    responses = camera.told(responses) if camera else responses
+    write_psf(output, found.psf)
     title = arguments.photo.name
-    report = Report(title, photo, found.edges, found.groups, responses, found.psf)
+    report = Report(title, photo, have.edges or (), have.groups or (), responses, found)
     _write_extras(arguments, report)
     _say_responses(responses, camera)
-    _say_psf(found.psf)
+    _say_psf(found)
     print(f"wrote {output}")
 
 

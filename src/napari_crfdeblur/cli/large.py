@@ -4,6 +4,8 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from ..errors import CrfDeblurError
 from ..io.images import TIFF
 from ..large import Source, check_target, informative_region, open_source, restore_large, storing
@@ -11,15 +13,15 @@ from ..large.region import read_part
 from ..large.restore import check_blur
 from ..large.sources import NPY, ZARR
 from ..large.tiff import size_of_page
-from ..photo import check_photo
 from ..pipeline import (
     DEFAULT_METHOD,
     DeblurOptions,
-    FoundBlur,
+    Intermediates,
+    Stage,
     edges_needed,
-    finding_blur,
-    joint_curve,
+    walking,
 )
+from ..pipeline.intermediates import made
 from ..psf import GivenPsf, PsfEstimate
 from ..report import Report
 from .bar import run
@@ -67,43 +69,39 @@ def check_large(arguments: Namespace, output: Path, options: DeblurOptions) -> N
     check_target(output)
 
 
-def deblur_in_tiles(
-    arguments: Namespace, output: Path, options: DeblurOptions
-) -> tuple[FoundBlur, Report]:
+def deblur_in_tiles(arguments: Namespace, output: Path, options: DeblurOptions) -> Report:
     """Find response and PSF on a part of the photo, and restore all of it in tiles."""
     source = open_source(arguments.photo)
     if isinstance(options.psf, GivenPsf):
         check_blur(source, options.psf.psf, source.color)
     region = informative_region(source, *_sides(source, options))
-    part = read_part(source, region)
+    have = Intermediates(read_part(source, region))
     try:
-        check_photo(part)
+        have = run(walking(have, options, until=Stage.FIELD))
     except CrfDeblurError as error:
         raise CrfDeblurError(f"{arguments.photo}: {error}") from error
-    found = run(finding_blur(part, options))
-    curve = joint_curve(found.responses)
-    method = options.method or DEFAULT_METHOD
-    blur = found.field or found.psf.psf
-    array = restore_large(source, curve, blur, method, channels=source.color)
+    response, psf = made(have.response, "a response"), made(have.psf, "a PSF")
+    method, blur = options.method or DEFAULT_METHOD, have.field or psf.psf
+    array = restore_large(source, response.curve, blur, method, channels=source.color)
     run(storing(array, output, scheduler=arguments.scheduler, source=source))
-    report = Report(
+    return Report(
         title=f"{arguments.photo.name}, {_place(source, region)}",
-        photo=part,
-        edges=found.edges,
-        groups=found.groups,
-        responses=found.responses,
-        psf=_seen(found.psf),
-        field=found.field,
+        photo=have.photo,
+        edges=have.edges or (),
+        groups=have.groups or (),
+        responses=response.estimates,
+        psf=_seen(psf),
+        field=have.field,
         sharp=read_part(open_source(output), region) if arguments.report else None,
     )
-    return found, report
 
 
 def _sides(source: Source, options: DeblurOptions) -> tuple[int, ...]:
     """Rows and columns of the part that is looked at; all of them if the blur varies."""
     if options.regions is not None:
         return source.shape[: len(source.shape) - source.color][-2:]
-    return () if edges_needed(options) else (GIVEN, GIVEN)
+    whole = edges_needed(Intermediates(np.empty((0, 0))), options)
+    return () if whole else (GIVEN, GIVEN)
 
 
 def _is_volume(options: DeblurOptions) -> bool:

@@ -4,13 +4,17 @@ from .base import (
     Finding,
     ResponseEstimate,
     ResponseFit,
+    Responses,
     ResponseStatus,
     estimate_response,
+    estimate_responses,
     estimating_response,
+    estimating_responses,
 )
 from .given import GivenResponse
 from .likelihood import MaximumLikelihood, NoiseModel
 from .paper import KnownPsf, MeanProfile, PolynomialFit, RankMinimization, RowScale, Tail
+from .per_channel import PerChannel
 
 __all__ = [
     "Finding",
@@ -19,13 +23,17 @@ __all__ = [
     "MaximumLikelihood",
     "MeanProfile",
     "NoiseModel",
+    "PerChannel",
     "PolynomialFit",
     "RankMinimization",
     "ResponseEstimate",
     "ResponseFit",
     "ResponseStatus",
+    "Responses",
     "RowScale",
     "Tail",
     "estimate_response",
+    "estimate_responses",
     "estimating_response",
+    "estimating_responses",
 ]

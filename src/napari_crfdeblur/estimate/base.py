@@ -4,13 +4,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import Protocol, Self
 
 import numpy as np
 
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..progress import Job, drain
-from ..response import ResponseCurve, ResponsePrior
+from ..response import Response, ResponseCurve, ResponsePrior
 
 
 class ResponseStatus(Enum):
@@ -101,19 +102,102 @@ class ResponseEstimate:
             object.__setattr__(self, name, values)
 
 
+class Following(Protocol):
+    """An estimate that can follow its profiles while they change, a step at a time."""
+
+    @property
+    def estimate(self) -> ResponseEstimate:
+        """The estimate from the profiles as they are."""
+
+    def refit(self, groups: Sequence[ProfileGroup]) -> Self | None:
+        """The estimate from other profiles; None if that takes a full estimate."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Responses:
+    """The response of a camera: one curve for all channels, or one for each.
+
+    Parameters
+    ----------
+    estimates : tuple of ResponseEstimate
+        One for all channels, or one for each.
+    fits : tuple of Following
+        What it takes to follow the profiles from here, for each estimate; empty if it cannot.
+    """
+
+    estimates: tuple[ResponseEstimate, ...]
+    fits: tuple[Following, ...] = field(default=(), repr=False)
+
+    @property
+    def curve(self) -> Response:
+        """The curve of all channels, or the curves of each."""
+        curves = [estimate.curve for estimate in self.estimates]
+        return curves[0] if len(curves) == 1 else curves
+
+
 class ResponseFit(ABC):
     """A method to find the response from groups of profiles."""
+
+    @property
+    def needs_profiles(self) -> bool:
+        """Whether it looks at profiles at all."""
+        return True
+
+    @property
+    def channels(self) -> int | None:
+        """How many channels a photo must have; None for any."""
+        return None
+
+    def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
+        """Profiles by orientation in the groups that tell this method most."""
+        return tuple(groups)
 
     @abstractmethod
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: estimate one response from groups of one camera."""
+
+    def fitting(self, groups: Sequence[ProfileGroup]) -> Job[Responses]:
+        """Long job: the response of all channels, or of each, as the method has it."""
+        return Responses(((yield from self.run(groups)),))
 
 
 def estimating_response(
     groups: Sequence[ProfileGroup], method: ResponseFit
 ) -> Job[ResponseEstimate]:
     """Job of :func:`estimate_response`: reports progress, can be stopped."""
+    _check(groups, method)
     return (yield from method.run(groups))
+
+
+def estimating_responses(groups: Sequence[ProfileGroup], method: ResponseFit) -> Job[Responses]:
+    """Job of :func:`estimate_responses`: reports progress, can be stopped."""
+    _check(groups, method)
+    return (yield from method.fitting(groups))
+
+
+def estimate_responses(groups: Sequence[ProfileGroup], method: ResponseFit) -> Responses:
+    """Estimate the response of all channels, or of each if the method is for each.
+
+    Parameters
+    ----------
+    groups : sequence of ProfileGroup
+        As for :func:`estimate_response`.
+    method : ResponseFit
+        For example :class:`~napari_crfdeblur.estimate.PerChannel`.
+
+    Raises
+    ------
+    CrfDeblurError
+        As :func:`estimate_response`.
+    """
+    return drain(estimating_responses(groups, method))
+
+
+def _check(groups: Sequence[ProfileGroup], method: ResponseFit) -> None:
+    if not isinstance(method, ResponseFit):
+        raise ValueError(f"expected a method to find a response, got {method!r:.80}")
+    if not isinstance(groups, Sequence) or not all(isinstance(g, ProfileGroup) for g in groups):
+        raise ValueError(f"expected a sequence of groups of profiles, got {groups!r:.80}")
 
 
 def estimate_response(groups: Sequence[ProfileGroup], method: ResponseFit) -> ResponseEstimate:

@@ -24,6 +24,15 @@ class GivenResponse(ResponseFit):
 
     curve: ResponseCurve
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.curve, ResponseCurve):
+            raise ValueError(f"expected a response curve, got {self.curve!r:.80}")
+
+    @property
+    def needs_profiles(self) -> bool:
+        """None: the curve is known."""
+        return False
+
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: hand out the curve, with a band of no width."""
         yield Progress("given response", 1, 1)

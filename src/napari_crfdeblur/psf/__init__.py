@@ -1,6 +1,7 @@
 """Point spread functions: shapes, what they do to edges, and how to find them."""
 
 from .base import (
+    Evidence,
     PsfEstimate,
     PsfEstimator,
     PsfStatus,
@@ -14,10 +15,11 @@ from .blind import Fergus, Shan, Variational, XuJia
 from .field import Poses, PsfField, estimate_psf_field, estimating_psf_field
 from .given import GivenPsf
 from .projection import project
-from .radon import RadonFit, estimate_psf_from_profiles, estimating_psf_from_profiles
+from .radon import RadonFit
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 
 __all__ = [
+    "Evidence",
     "Fergus",
     "GivenPsf",
     "Poses",
@@ -37,10 +39,8 @@ __all__ = [
     "disk",
     "estimate_psf",
     "estimate_psf_field",
-    "estimate_psf_from_profiles",
     "estimating_psf",
     "estimating_psf_field",
-    "estimating_psf_from_profiles",
     "gaussian",
     "kernel_a",
     "kernel_b",

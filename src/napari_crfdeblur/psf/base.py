@@ -1,15 +1,19 @@
-"""The stage from a linear image to its point spread function: verb, method, result."""
+"""The stage from what a photo shows to its point spread function: verb, method, result."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
+from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress, drain
+from ..response import Response
 
 SCALED = 1e-14  # distance of the sum from 1 that rounding leaves
 
@@ -58,65 +62,114 @@ class PsfEstimate:
         object.__setattr__(self, "psf", psf)
 
 
-class PsfEstimator(ABC):
-    """A method to find the PSF of a linear image."""
-
-    __slots__ = ()
-
-    @abstractmethod
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF of a linear image.
-
-        Parameters
-        ----------
-        linear : ndarray, shape (M, N) or (M, N, 3)
-            float32, relative irradiance in [0, 1], finite; not modified.
-        clipped : ndarray of bool, the shape of `linear`, optional
-            True where the camera saturated: those pixels are not used.
-        """
-
-
-def estimating_psf(
-    linear: FloatArray, method: PsfEstimator, *, clipped: BoolArray | None = None
-) -> Job[PsfEstimate]:
-    """Job of :func:`estimate_psf`: reports progress, can be stopped."""
-    linear = np.asarray(linear)
-    if linear.ndim not in (2, 3) or linear.size == 0:
-        raise ValueError(f"expected an image (M, N) or (M, N, 3), got {linear.shape}")
-    if clipped is not None and clipped.shape != linear.shape:
-        raise ValueError(f"expected clipped pixels of shape {linear.shape}, got {clipped.shape}")
-    yield Progress("PSF", 0, 1)
-    if not np.isfinite(linear).all():
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
-    yield Progress("PSF", 0, 1)
-    light = np.asarray(linear if linear.ndim == 2 else linear[..., :3], dtype=np.float32)
-    if clipped is not None and clipped.ndim == 3:
-        clipped = clipped[..., :3]
-    return (yield from method.run(light, clipped=clipped))
-
-
-def estimate_psf(
-    linear: FloatArray, method: PsfEstimator, *, clipped: BoolArray | None = None
-) -> PsfEstimate:
-    """Estimate the point spread function of a linear image.
+@dataclass(frozen=True, slots=True, eq=False)
+class Evidence:
+    """What a photo shows of its PSF: the linear picture, and the profiles across its edges.
 
     Parameters
     ----------
-    linear : ndarray, shape (M, N) or (M, N, 3)
-        Relative irradiance in [0, 1].
-    method : PsfEstimator
-        For example :class:`~napari_crfdeblur.psf.XuJia`.
+    linear : ndarray, shape (M, N) or (M, N, C), optional
+        Relative irradiance in [0, 1]; of more than 3 channels the first 3 count.
     clipped : ndarray of bool, the shape of `linear`, optional
         True where the camera saturated: those pixels are not used.
+    groups : tuple of ProfileGroup
+        Recorded profiles of one blur, of all channels and both polarities. Narrow groups serve
+        best, such as those of ``ByOrientation(tolerance=radians(1))``.
+    response : ResponseCurve or sequence of C of them, optional
+        Of the profiles: one for all channels or one for each.
+    """
+
+    linear: FloatArray | None = None
+    clipped: BoolArray | None = None
+    groups: tuple[ProfileGroup, ...] = ()
+    response: Response | None = None
+
+    def __post_init__(self) -> None:
+        if self.linear is not None:
+            linear, clipped = _light(np.asarray(self.linear)), self.clipped
+            if clipped is not None and np.shape(clipped) != np.shape(self.linear):
+                raise ValueError(
+                    f"expected clipped pixels of shape {linear.shape}, got {np.shape(clipped)}"
+                )
+            object.__setattr__(self, "linear", linear)
+            if clipped is not None and np.ndim(clipped) > 2:
+                object.__setattr__(self, "clipped", clipped[..., : linear.shape[-1]])
+        groups = tuple(self.groups) if isinstance(self.groups, Sequence) else (None,)
+        if not all(isinstance(group, ProfileGroup) for group in groups):
+            raise ValueError(f"expected groups of profiles, got {self.groups!r:.80}")
+        object.__setattr__(self, "groups", groups)
+
+    @property
+    def picture(self) -> FloatArray:
+        """The linear picture, for a method that needs one.
+
+        Raises
+        ------
+        ValueError
+            There is none.
+        """
+        if self.linear is None:
+            raise ValueError("expected a linear picture as evidence of the PSF, got none")
+        return self.linear
+
+
+def _light(linear: FloatArray) -> FloatArray:
+    """A picture as methods take it: float32, at most 3 channels."""
+    if linear.ndim not in (2, 3) or linear.size == 0 or linear.dtype.kind not in "fiub":
+        raise ValueError(
+            f"expected an image (M, N) or (M, N, 3), got {linear.dtype} of shape {linear.shape}"
+        )
+    return np.asarray(linear if linear.ndim == 2 else linear[..., :3], dtype=np.float32)
+
+
+class PsfEstimator(ABC):
+    """A method to find the PSF of a photo."""
+
+    __slots__ = ()
+
+    needs_picture: ClassVar[bool] = True
+    """Whether it looks at the picture, so that it finds the PSF of any part of it, too."""
+    needs_edges: ClassVar[bool] = False
+    """Whether it looks at the profiles across straight edges."""
+
+    @abstractmethod
+    def run(self, evidence: Evidence) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF; what it looks at is there and finite, and not modified."""
+
+
+def estimating_psf(evidence: Evidence | FloatArray, method: PsfEstimator) -> Job[PsfEstimate]:
+    """Job of :func:`estimate_psf`: reports progress, can be stopped."""
+    if not isinstance(method, PsfEstimator):
+        raise ValueError(f"expected a method to find a PSF, got {method!r:.80}")
+    seen = evidence if isinstance(evidence, Evidence) else Evidence(np.asarray(evidence))
+    if seen.linear is not None:
+        yield Progress("PSF", 0, 1)
+        if not np.isfinite(seen.linear).all():
+            raise CrfDeblurError(
+                "the image has pixels that are not finite (NaN or infinity); replace them first"
+            )
+    return (yield from method.run(seen))
+
+
+def estimate_psf(evidence: Evidence | FloatArray, method: PsfEstimator) -> PsfEstimate:
+    """Estimate the point spread function of a photo.
+
+    Parameters
+    ----------
+    evidence : ndarray, shape (M, N) or (M, N, 3), or Evidence
+        Relative irradiance in [0, 1]; or all that is seen, such as clipped pixels, or the
+        profiles of edges, from which :class:`~napari_crfdeblur.psf.RadonFit` finds it.
+    method : PsfEstimator
+        For example :class:`~napari_crfdeblur.psf.XuJia`.
 
     Raises
     ------
+    ValueError
+        What the method looks at is missing.
     CrfDeblurError
         The image shows too little structure, or the PSF does not fit in it.
     """
-    return drain(estimating_psf(linear, method, clipped=clipped))
+    return drain(estimating_psf(evidence, method))
 
 
 def as_psf(values: ArrayLike) -> FloatArray:

@@ -1,11 +1,14 @@
 """A PSF that the user already has."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
-from .._typing import BoolArray, FloatArray
+import numpy as np
+
+from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress
-from .base import PsfEstimate, PsfEstimator, PsfStatus, as_psf
+from .base import Evidence, PsfEstimate, PsfEstimator, PsfStatus, as_psf
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -14,9 +17,11 @@ class GivenPsf(PsfEstimator):
 
     Parameters
     ----------
-    psf : ndarray, shape (H, W)
+    psf : ndarray, shape (H, W), or (D, H, W) for volumes
         Non-negative; scaled to sum 1 and padded to odd sides.
     """
+
+    needs_picture: ClassVar[bool] = False
 
     psf: FloatArray
 
@@ -25,12 +30,12 @@ class GivenPsf(PsfEstimator):
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
+    def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: hand out the PSF; an image that is smaller than it is refused."""
-        del clipped  # what is given does not come from the picture
-        if self.psf.shape[0] > linear.shape[0] or self.psf.shape[1] > linear.shape[1]:
+        linear = evidence.linear
+        if linear is not None and any(np.less(linear.shape[:2], self.psf.shape[-2:])):
             raise CrfDeblurError(
-                f"the PSF, {self.psf.shape[1]} x {self.psf.shape[0]} pixels, is larger than "
+                f"the PSF, {self.psf.shape[-1]} x {self.psf.shape[-2]} pixels, is larger than "
                 f"the image, {linear.shape[1]} x {linear.shape[0]}; give a smaller PSF"
             )
         yield Progress("given PSF", 1, 1)

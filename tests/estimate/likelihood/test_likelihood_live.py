@@ -40,7 +40,7 @@ def groups():
 
 @pytest.fixture(scope="module")
 def fit(groups):
-    return drain(MaximumLikelihood().fitting(groups))
+    return drain(MaximumLikelihood().fitting(groups)).fits[0]
 
 
 def test_the_estimate_to_be_followed_is_that_of_the_verb(fit, groups):
@@ -67,7 +67,7 @@ def test_without_some_edges_it_is_close_to_a_full_estimate(fit, groups, number, 
 @pytest.mark.parametrize(("number", "rows"), [(0, [3]), (2, [0, 5, 13]), (1, range(14))])
 def test_with_edges_more_it_is_close_to_a_full_estimate(fit, groups, number, rows):
     left = [g for g in without(groups, number, rows) if len(g)]
-    live = drain(MaximumLikelihood().fitting(left)).refit(groups).estimate
+    live = drain(MaximumLikelihood().fitting(left)).fits[0].refit(groups).estimate
     np.testing.assert_allclose(light(live), light(fit.estimate), atol=NEAR)
     assert live.status is fit.estimate.status
 
@@ -142,7 +142,7 @@ def test_without_contrast_it_is_what_was_assumed(fit, groups):
 
 
 def test_too_few_edges_are_found_out_at_once(groups):
-    fit = drain(MaximumLikelihood().fitting([groups[0].select(np.arange(7))]))
+    fit = drain(MaximumLikelihood().fitting([groups[0].select(np.arange(7))])).fits[0]
     assert Finding.FEW_EDGES not in fit.estimate.findings
     live = fit.refit([groups[0].select(np.arange(5))])
     assert Finding.FEW_EDGES in live.estimate.findings
@@ -163,7 +163,7 @@ def test_a_search_without_end_stays_one(fit, groups):
 
 def test_a_known_psf_gives_the_shape_of_new_groups_too(groups):
     method = MaximumLikelihood(psf=line(9, 0.3))
-    live = drain(method.fitting(groups[:2])).refit(groups)
+    live = drain(method.fitting(groups[:2])).fits[0].refit(groups)
     expected = live.found.problem.expected
     assert len(expected) == 3
     assert all(each is not None and each.shape.shape == (23,) for each in expected)

@@ -49,7 +49,7 @@ def colored(angles, displaced, seed=0, edges=6):
 
 
 def found(groups):
-    return drain(MaximumLikelihood().fitting(groups)).found
+    return drain(MaximumLikelihood().fitting(groups)).fits[0].found
 
 
 @pytest.mark.parametrize("angles", [(0.2, 0.9, 1.9, 2.6), (0.4, 1.7)])

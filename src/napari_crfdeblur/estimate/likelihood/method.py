@@ -12,7 +12,7 @@ from ...progress import Job
 from ...psf.base import as_planar_psf
 from ...response import Cameras, ResponsePrior
 from ..band import covered_range
-from ..base import ResponseEstimate, ResponseFit
+from ..base import ResponseEstimate, ResponseFit, Responses
 from ..identifiability import contrasted
 from .agreement import agreeing, by_photo
 from .evidence import edge_groups
@@ -71,10 +71,14 @@ class MaximumLikelihood(ResponseFit):
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""
-        return (yield from self.fitting(groups)).estimate
+        return (yield from self._fitting(groups)).estimate
 
-    def fitting(self, groups: Sequence[ProfileGroup]) -> Job[LiveFit]:
+    def fitting(self, groups: Sequence[ProfileGroup]) -> Job[Responses]:
         """Long job: the estimate of :meth:`run`, ready to follow its profiles as they change."""
+        fit = yield from self._fitting(groups)
+        return Responses((fit.estimate,), (fit,))
+
+    def _fitting(self, groups: Sequence[ProfileGroup]) -> Job[LiveFit]:
         usable = contrasted(groups, LEAST_CONTRAST)
         seen = isinstance(self.prior, ResponsePrior)
         prior = self.prior if isinstance(self.prior, ResponsePrior) else self.prior.prior

@@ -13,6 +13,7 @@ from ...psf.base import as_planar_psf
 from ...psf.projection import project
 from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import contrasted
+from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
 from .mean_profile import distance_to
 from .rows import Rows
@@ -54,6 +55,10 @@ class KnownPsf(ResponseFit):
         psf = as_planar_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
+
+    def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
+        """See :func:`~.by_edge.by_edge`."""
+        return by_edge(groups)
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""

@@ -10,6 +10,7 @@ from ...profiles.base import ProfileGroup
 from ...progress import Job
 from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import comparable
+from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
 from .rows import Rows
 from .search import Terms
@@ -29,6 +30,10 @@ class MeanProfile(ResponseFit):
     """
 
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
+        """See :func:`~.by_edge.by_edge`."""
+        return by_edge(groups)
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""

@@ -11,6 +11,7 @@ from ...profiles.base import ProfileGroup
 from ...progress import Job
 from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import comparable
+from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
 from .rows import Rows
 from .search import Terms
@@ -55,6 +56,10 @@ class RankMinimization(ResponseFit):
     tail: Tail = Tail.SECOND
     scale: RowScale = RowScale.RAW
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
+        """See :func:`~.by_edge.by_edge`."""
+        return by_edge(groups)
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""

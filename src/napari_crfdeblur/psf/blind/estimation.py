@@ -8,7 +8,7 @@ import numpy as np
 from ..._typing import BoolArray, FloatArray
 from ...errors import CrfDeblurError
 from ...progress import Job, Progress
-from ..base import PsfEstimate, PsfEstimator, centered
+from ..base import Evidence, PsfEstimate, PsfEstimator, centered
 from .blurred import Blurred
 from .colors import gray_of
 from .confidence import diagnose, judge
@@ -48,11 +48,15 @@ class BlindEstimator(PsfEstimator):
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
         """Long job, the method proper: a PSF of about `size` x `size` pixels."""
 
-    def run(self, linear: FloatArray, *, clipped: BoolArray | None = None) -> Job[PsfEstimate]:
+    def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: estimate the PSF of a linear image."""
         return (
             yield from estimating_blindly(
-                linear, clipped, self.searching, size=self.size, region=self.region
+                evidence.picture,
+                evidence.clipped,
+                self.searching,
+                size=self.size,
+                region=self.region,
             )
         )
 

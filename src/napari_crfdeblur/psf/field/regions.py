@@ -10,7 +10,7 @@ from ..._typing import BoolArray, FloatArray
 from ...errors import CrfDeblurError
 from ...fourier import Shape
 from ...progress import Job, Progress, drain, nth
-from ..base import PsfEstimate, PsfEstimator, PsfStatus
+from ..base import Evidence, PsfEstimate, PsfEstimator, PsfStatus
 from ..blind.estimation import BlindEstimator
 from ..blind.size import extent_of, odd
 from .base import PsfField, offset_from_middle, part_centers
@@ -159,7 +159,7 @@ def _tried(
 ) -> Job[PsfEstimate | None]:
     """The PSF of a part; None if it shows too little."""
     try:
-        return (yield from method.run(linear, clipped=clipped))
+        return (yield from method.run(Evidence(linear, clipped)))
     except CrfDeblurError:
         return None
 

@@ -2,15 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from scipy import ndimage
 
 from ..._typing import FloatArray
-from ...profiles.base import ProfileGroup
-from ...progress import Job, Progress, drain
-from ...response import Response
-from ..base import PsfEstimate, centered, cleared
+from ...progress import Job, Progress
+from ..base import Evidence, PsfEstimate, PsfEstimator, centered, cleared
 from .coverage import judge, measure_coverage
 from .edge_spreads import EdgeSpreads, linearized
 from .nonnegative import nonnegative_minimum
@@ -32,7 +31,7 @@ SMALLEST, LARGEST = 5, 61  # automatic size, pixels
 
 
 @dataclass(frozen=True, slots=True)
-class RadonFit:
+class RadonFit(PsfEstimator):
     """Least squares between the projections of one PSF and edge spreads of all orientations.
 
     Cho, Paris, Horn & Freeman (2011, Blur kernel estimation using the Radon transform, CVPR),
@@ -62,7 +61,17 @@ class RadonFit:
         Weight of the gradient; 0 or more.
     sparsity : float
         Weight of faint pixels; 0 or more.
+
+    Notes
+    -----
+    The picture itself is not needed, only the profiles of :class:`~..base.Evidence` and their
+    response: several orientations, well spread. The PSF is centered on its centroid to a pixel.
+    The ``diagnostics`` are those of :func:`~.coverage.measure_coverage`, and ``halves``: the
+    cosine between the PSFs that every other orientation gives, and those between.
     """
+
+    needs_picture: ClassVar[bool] = False
+    needs_edges: ClassVar[bool] = True
 
     size: int | None = None
     smoothness: float = 2.0
@@ -74,10 +83,20 @@ class RadonFit:
         if not (0 <= self.smoothness < np.inf and 0 <= self.sparsity < np.inf):
             raise ValueError(f"expected smoothness and sparsity of 0 or more, got {self}")
 
-    def run(self, groups: Sequence[ProfileGroup], response: Response) -> Job[PsfEstimate]:
-        """Long job: estimate the PSF from profiles of a known response."""
+    def run(self, evidence: Evidence) -> Job[PsfEstimate]:
+        """Long job: estimate the PSF from profiles of a known response.
+
+        Raises
+        ------
+        CrfDeblurError
+            No profile has contrast in linear light.
+        ValueError
+            No response, or several, but none for the channel of a profile.
+        """
         yield Progress("PSF from edges", 0, STEPS)
-        spreads = linearized(groups, response)
+        if evidence.response is None:
+            raise ValueError("expected the response of the profiles as evidence, got none")
+        spreads = linearized(evidence.groups, evidence.response)
         size = self.size or suited_size(spreads)
         state = State.of(spreads, size)
         for done in range(STEPS):
@@ -217,44 +236,3 @@ def roughness(size: int) -> FloatArray:
     """Matrix of ``|grad k|^2`` for a PSF of `size` x `size`, zero around it."""
     second = 2 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1)
     return np.kron(second, np.eye(size)) + np.kron(np.eye(size), second)
-
-
-def estimating_psf_from_profiles(
-    groups: Sequence[ProfileGroup], response: Response, method: RadonFit | None = None
-) -> Job[PsfEstimate]:
-    """Job of :func:`estimate_psf_from_profiles`: reports progress, can be stopped."""
-    return (yield from (method or RadonFit()).run(groups, response))
-
-
-def estimate_psf_from_profiles(
-    groups: Sequence[ProfileGroup], response: Response, method: RadonFit | None = None
-) -> PsfEstimate:
-    """Estimate the point spread function from profiles across straight edges.
-
-    The picture itself is not needed, only its edges: several orientations, well spread. Narrow
-    groups serve best, such as those of ``ByOrientation(tolerance=radians(1))``.
-
-    Parameters
-    ----------
-    groups : sequence of ProfileGroup
-        Profiles of one blur, of all channels and both polarities.
-    response : ResponseCurve or sequence of C of them
-        One response for all channels or one for each.
-    method : RadonFit, optional
-        Its size and what is asked of the PSF.
-
-    Returns
-    -------
-    PsfEstimate
-        Centered on its centroid to a pixel. The ``diagnostics`` are those of
-        :func:`~.coverage.measure_coverage`, and ``halves``: the cosine between the PSFs that
-        every other orientation gives, and those between.
-
-    Raises
-    ------
-    CrfDeblurError
-        No profile has contrast in linear light.
-    ValueError
-        Several responses, but none for the channel of a profile.
-    """
-    return drain(estimating_psf_from_profiles(groups, response, method))

@@ -1,0 +1,24 @@
+"""The whole path from a blurred photo to a sharp one, told once; see :mod:`.path`."""
+
+from .intermediates import Intermediates
+from .options import DeblurOptions, Drawn
+from .path import DEFAULT_METHOD, PATH, Stage, edges_needed, suited_estimator, walking
+from .profiled import profiles_for, profiling
+from .verb import Deblurred, deblur, deblurring
+
+__all__ = [
+    "DEFAULT_METHOD",
+    "PATH",
+    "DeblurOptions",
+    "Deblurred",
+    "Drawn",
+    "Intermediates",
+    "Stage",
+    "deblur",
+    "deblurring",
+    "edges_needed",
+    "profiles_for",
+    "profiling",
+    "suited_estimator",
+    "walking",
+]

@@ -1,0 +1,121 @@
+"""What the path has made of a photo so far: one frozen value, filled stage by stage."""
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, TypeVar
+
+from .._typing import BoolArray, FloatArray, Image
+from ..edges import Edge
+from ..estimate import Responses
+from ..photo import ALPHA
+from ..profiles import ProfileGroup
+from ..psf import PsfEstimate, PsfField
+from ..response import clipped_pixels
+
+PLANE = 2  # axes
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Intermediates:
+    """A photo, and what the stages of the path have made of it; what is missing is None.
+
+    Parameters
+    ----------
+    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4); with slices before for a volume
+        As recorded: uint8, uint16 or float in [0, 1].
+    axes : int
+        Of the photo that are blurred: 2, or 3 for a volume; one more holds the colors.
+    index : int
+        Number of the photo among several of one camera.
+    extent : float, optional
+        Largest width of a blurred edge in pixels.
+    edges : tuple of Edge, optional
+        All edges, those that were rejected with their reason; empty if none were needed.
+    groups : tuple of ProfileGroup, optional
+        Profiles across the good edges.
+    response : Responses, optional
+        One for all channels, or one for each.
+    linear : ndarray, the shape of `photo` without alpha, optional
+        Relative irradiance.
+    psf : PsfEstimate, optional
+        Point spread function of the whole.
+    field : PsfField, optional
+        The PSFs of all parts, if each has its own.
+    sharp_linear : ndarray, optional
+        Deconvolved irradiance; it can leave [0, 1].
+    result : ndarray, optional
+        The response re-applied, in the kind of `photo`, alpha kept.
+    chosen : mapping of str to object
+        What the stages chose by themselves, by the name of the option.
+    """
+
+    photo: Image
+    axes: int = PLANE
+    index: int = 0
+    extent: float | None = None
+    edges: tuple[Edge, ...] | None = None
+    groups: tuple[ProfileGroup, ...] | None = None
+    response: Responses | None = None
+    linear: FloatArray | None = None
+    psf: PsfEstimate | None = None
+    field: PsfField | None = None
+    sharp_linear: FloatArray | None = None
+    result: Image | None = None
+    chosen: Mapping[str, Any] = dataclasses.field(default_factory=lambda: MappingProxyType({}))
+
+    @property
+    def has_colors(self) -> bool:
+        """Whether the last axis holds channels."""
+        return self.photo.ndim > self.axes
+
+    @property
+    def colors(self) -> Image:
+        """The photo without its alpha channel, as a view."""
+        return self.photo[..., :3] if self.has_colors else self.photo
+
+    @property
+    def channels(self) -> int:
+        """Of light: 1 or 3."""
+        return self.colors.shape[-1] if self.has_colors else 1
+
+    @property
+    def sides(self) -> tuple[int, int]:
+        """Rows and columns."""
+        rows, columns = self.photo.shape[self.axes - PLANE : self.axes]
+        return int(rows), int(columns)
+
+    @property
+    def clipped(self) -> BoolArray:
+        """Where the camera saturated, the shape of `linear`."""
+        colors = self.colors
+        return clipped_pixels(in_rows(colors, self.axes)).reshape(colors.shape)
+
+    @property
+    def alpha(self) -> Image | None:
+        """The alpha channel with its axis, if the photo has one."""
+        return self.photo[..., 3:] if self.has_colors and self.photo.shape[-1] == ALPHA else None
+
+    def choosing(self, **chosen: Any) -> "Intermediates":
+        """With what a stage has chosen by itself."""
+        return replace(self, chosen=MappingProxyType({**self.chosen, **chosen}))
+
+
+def in_rows(pixels: Image, axes: int) -> Image:
+    """A picture (M, N) or (M, N, C) of what may be a volume: its slices below each other."""
+    return pixels.reshape(-1, *pixels.shape[axes - 1 :])
+
+
+def made(product: T | None, name: str) -> T:
+    """What an earlier stage has made.
+
+    Raises
+    ------
+    ValueError
+        It was skipped.
+    """
+    if product is None:
+        raise ValueError(f"expected {name}, which an earlier stage of the path makes, got none")
+    return product

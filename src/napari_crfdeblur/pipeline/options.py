@@ -1,0 +1,135 @@
+"""How a photo is deblurred: everything that can be chosen, checked where it is made."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from math import hypot, isfinite
+from typing import TypeAlias
+
+from ..deconvolution import Deconvolver
+from ..edges import Edge, Line, Rectangle
+from ..errors import CrfDeblurError
+from ..estimate import MaximumLikelihood, ResponseFit
+from ..psf import PsfEstimator
+
+Drawn: TypeAlias = Edge | Line | Rectangle
+"""What tells where an edge is: one that was measured, or a drawn line or rectangle."""
+
+Grid: TypeAlias = tuple[int, int]
+"""Rows and columns of parts."""
+
+
+@dataclass(frozen=True, slots=True)
+class DeblurOptions:
+    """How a photo is deblurred; the defaults do everything from the photo itself.
+
+    Parameters
+    ----------
+    response : ResponseFit
+        How the response is found; :class:`~.estimate.PerChannel` for one of each channel,
+        :class:`~.estimate.GivenResponse` if it is known.
+    edges : sequence of Edge, Line or Rectangle, optional
+        Edges drawn by the user: lines and rectangles are refined on the photo, edges that were
+        measured already are taken as they are. Found automatically if not given.
+    blur_extent : float, optional
+        Largest width of a blurred edge in pixels; judged from the photo if not given.
+    psf : PsfEstimator, optional
+        How the PSF is found; by default :class:`~.psf.Variational`, or
+        :class:`~.psf.GivenPsf` if it is known. :class:`~.psf.RadonFit` finds it from the
+        straight edges alone.
+    method : Deconvolver, optional
+        How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`.
+    regions : int or (int, int), optional
+        Rows and columns of parts of the photo, or parts along its longer side, each of which
+        gets a PSF of its own; by default one PSF serves the whole photo.
+
+    Raises
+    ------
+    ValueError
+        A method of another kind, an extent that is not above 0, no part at all.
+    """
+
+    response: ResponseFit = field(default_factory=MaximumLikelihood)
+    edges: tuple[Drawn, ...] | None = None
+    blur_extent: float | None = None
+    psf: PsfEstimator | None = None
+    method: Deconvolver | None = None
+    regions: int | Grid | None = None
+
+    def __post_init__(self) -> None:
+        _check("response", self.response, ResponseFit, "a method to find the response")
+        if self.psf is not None:
+            _check("psf", self.psf, PsfEstimator, "a method to find the PSF")
+        if self.method is not None:
+            _check("method", self.method, Deconvolver, "a method of deconvolution")
+        if self.edges is not None:
+            object.__setattr__(self, "edges", _edges(self.edges))
+        if self.blur_extent is not None:
+            object.__setattr__(self, "blur_extent", _extent(self.blur_extent))
+        if self.regions is not None:
+            object.__setattr__(self, "regions", _regions(self.regions))
+
+    def check_for(self, sides: Grid, channels: int) -> None:
+        """Refuse what does not fit a photo, before any work.
+
+        Parameters
+        ----------
+        sides : (int, int)
+            Rows and columns of the photo.
+        channels : int
+            1 or 3.
+
+        Raises
+        ------
+        CrfDeblurError
+            A blur wider than the photo, more parts than it has rows or columns, or responses
+            for other channels.
+        """
+        if self.blur_extent is not None and self.blur_extent > hypot(*sides):
+            raise CrfDeblurError(
+                f"a blur of {self.blur_extent:g} pixels is wider than the photo of "
+                f"{sides[1]} x {sides[0]}; give a smaller blur extent"
+            )
+        parts = self.regions if isinstance(self.regions, tuple) else (self.regions or 1, 1)
+        most = sides if isinstance(self.regions, tuple) else (max(sides), 1)
+        if any(count > side for count, side in zip(parts, most, strict=True)):
+            raise CrfDeblurError(
+                f"{self.regions} parts are more than the photo of {sides[1]} x {sides[0]} pixels "
+                "has; ask for fewer"
+            )
+        if self.response.channels not in (None, channels):
+            raise CrfDeblurError(
+                f"{self.response.channels} responses do not fit the {channels} channels of the "
+                "photo; use one response for all"
+            )
+
+
+def _check(name: str, value: object, kind: type, what: str) -> None:
+    if not isinstance(value, kind):
+        raise ValueError(f"expected {what} as {name}, got {value!r:.80}")
+
+
+def _edges(edges: object) -> tuple[Drawn, ...]:
+    if not isinstance(edges, Sequence) or not all(
+        isinstance(edge, Edge | Line | Rectangle) for edge in edges
+    ):
+        raise ValueError(f"expected edges, lines and rectangles, got {edges!r:.80}")
+    return tuple(edges)
+
+
+def _extent(extent: object) -> float:
+    if isinstance(extent, bool) or not hasattr(extent, "__float__") or isinstance(extent, str):
+        raise ValueError(f"expected a blur extent in pixels, got {extent!r:.80}")
+    value = float(extent)
+    if not (isfinite(value) and value > 0):
+        raise ValueError(f"expected a blur extent above 0 pixels, got {value}")
+    return value
+
+
+def _regions(regions: object) -> int | Grid:
+    counts = regions if isinstance(regions, tuple | list) else (regions,)
+    whole = [isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in counts]
+    if not (all(whole) and len(counts) == (2 if isinstance(regions, tuple | list) else 1)):
+        raise ValueError(
+            f"expected a whole number of parts, or rows and columns of them, got {regions!r:.80}"
+        )
+    return (counts[0], counts[1]) if len(counts) > 1 else counts[0]
