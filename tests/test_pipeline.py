@@ -6,29 +6,41 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, deblur, find_edges
-from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
+from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener, deconvolve
 from napari_crfdeblur.edges import estimating_blur_extent, finding_edges, refining_edges
 from napari_crfdeblur.estimate import (
     Finding,
     GivenResponse,
+    PerChannel,
     RankMinimization,
     ResponseStatus,
+    estimating_responses,
 )
 from napari_crfdeblur.estimate.paper.fitting import PolynomialFit
 from napari_crfdeblur.pipeline import (
+    PATH,
+    Intermediates,
+    Stage,
     deblurring,
     edges_needed,
-    finding_blur,
-    gathering_profiles,
     profiles_for,
-    seeking_edges,
+    profiling,
     suited_estimator,
+    walking,
 )
 from napari_crfdeblur.profiles import sampling_profiles
 from napari_crfdeblur.progress import drain
-from napari_crfdeblur.psf import GivenPsf, PsfStatus, RadonFit, Variational, XuJia, camera_shake
+from napari_crfdeblur.psf import (
+    GivenPsf,
+    PsfEstimate,
+    PsfStatus,
+    RadonFit,
+    Variational,
+    XuJia,
+    camera_shake,
+)
 from napari_crfdeblur.quality import kernel_similarity, psnr, response_error
-from napari_crfdeblur.response import SRGB, Cameras, Gamma, GeneralizedGamma
+from napari_crfdeblur.response import SRGB, Cameras, Gamma, GeneralizedGamma, linearize
 from napari_crfdeblur.simulate import Camera, Scene, camera_turn, simulate, slanted_edges, street
 
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
@@ -104,7 +116,9 @@ def test_no_edges_are_sought_when_response_and_psf_are_known(small):
 def test_each_channel_can_have_its_own_response(small):
     curves = (SRGB(), Gamma(1.5), Gamma(3.0))
     options = DeblurOptions(
-        response=tuple(map(GivenResponse, curves)), psf=GivenPsf(np.ones((1, 1))), method=Wiener()
+        response=PerChannel(tuple(map(GivenResponse, curves))),
+        psf=GivenPsf(np.ones((1, 1))),
+        method=Wiener(),
     )
     result = deblur(small, options)
     for channel, curve in enumerate(curves):
@@ -115,7 +129,7 @@ def test_each_channel_can_have_its_own_response(small):
 def test_edges_drawn_by_the_user_are_the_ones_used(truth):
     lines = [edge.line for edge in truth.edges[:6]]
     options = DeblurOptions(edges=lines, blur_extent=17)
-    edges = drain(seeking_edges(truth.photo, options))
+    edges = drain(profiling(truth.photo, options)).edges
     assert len(edges) == len(lines)
     for edge, line in zip(edges, lines, strict=True):
         ends = np.array([edge.start, edge.end])
@@ -160,7 +174,7 @@ def test_the_search_for_edges_and_profiles_reports_and_can_be_stopped(truth):
         estimating_blur_extent(truth.photo),
         refining_edges(truth.photo, lines, blur_extent=17),
         sampling_profiles(truth.photo, edges),
-        gathering_profiles(QUICK, truth.photo, edges),
+        walking(Intermediates(truth.photo, edges=edges), DeblurOptions(), until=Stage.PROFILES),
     ):
         reports = [next(job) for _ in range(5)]
         assert all(0 <= report.done < report.total for report in reports)
@@ -225,7 +239,7 @@ def test_without_an_edge_the_response_is_what_is_assumed_of_cameras():
 
 def test_the_psf_can_be_measured_on_the_edges_alone(truth):
     options = DeblurOptions(response=GivenResponse(RESPONSE), psf=RadonFit(size=13), blur_extent=17)
-    found = drain(finding_blur(truth.photo, options))
+    found = drain(walking(Intermediates(truth.photo), options, until=Stage.FIELD))
     assert any(edge.good for edge in found.edges)
     # With edges of a few orientations; one that is round and as wide reaches .6.
     assert kernel_similarity(found.psf.psf, truth.psf) > 0.8
@@ -263,7 +277,7 @@ def test_a_given_psf_can_vary_too(turned):
     options = DeblurOptions(
         response=GivenResponse(SRGB()), psf=GivenPsf(turned.psf), regions=2, blur_extent=12
     )
-    found = drain(finding_blur(turned.photo, options))
+    found = drain(walking(Intermediates(turned.photo), options, until=Stage.FIELD))
     assert found.psf.status is PsfStatus.GIVEN
     assert found.field.grid == (1, 2)
 
@@ -272,14 +286,122 @@ def test_saturated_pixels_go_to_both_halves_of_the_path(turned):
     photo = turned.photo.copy()
     photo[20:24, 30:40] = 255
     options = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(turned.psf))
-    found = drain(finding_blur(photo, options))
+    found = drain(walking(Intermediates(photo), options, until=Stage.FIELD))
     assert found.clipped.shape == photo.shape
     assert found.clipped[20:24, 30:40].all()
 
 
 def test_the_size_of_the_psf_needs_no_edges(small):
-    assert not edges_needed(DeblurOptions(response=GivenResponse(SRGB())))
-    assert edges_needed(DeblurOptions(response=GivenResponse(SRGB()), psf=RadonFit()))
+    have, known = Intermediates(small), DeblurOptions(response=GivenResponse(SRGB()))
+    assert not edges_needed(have, known)
+    assert edges_needed(have, replace(known, psf=RadonFit()))
     assert suited_estimator(small, None) == Variational()
     assert suited_estimator(small, 8.0).size == 13
     assert suited_estimator(small, 80.0).size == 15  # a third of the shorter side
+
+
+STAGES = list(Stage)
+
+
+def test_every_stage_adds_its_product_and_the_observer_sees_them_in_order(small):
+    seen = []
+
+    def look(stage, have):
+        assert stage.is_done(have) or stage is Stage.FIELD  # one PSF serves the whole
+        assert not any(later.is_done(have) for later in STAGES[STAGES.index(stage) + 1 :])
+        seen.append(stage)
+
+    drain(deblurring(small, KNOWN, observe=look))
+    assert seen == STAGES
+
+
+@pytest.mark.parametrize("last", STAGES)
+def test_the_path_can_stop_at_any_stage_and_go_on_from_there(small, last):
+    whole = deblur(small, KNOWN)
+    half = drain(walking(Intermediates(small), KNOWN, until=last))
+    assert [stage for stage in STAGES if stage.is_done(half)] == [
+        stage for stage in STAGES[: STAGES.index(last) + 1] if stage is not Stage.FIELD
+    ]
+    assert np.array_equal(drain(walking(half, KNOWN)).result, whole.photo)
+
+
+def test_a_stage_is_skipped_where_its_product_is_there(small):
+    light = np.full(small.shape, 0.25, dtype=np.float32)
+    have = drain(walking(Intermediates(small, linear=light), KNOWN))
+    assert have.linear is light
+    assert np.allclose(have.sharp_linear, 0.25, atol=1e-3)
+
+
+def test_a_stage_can_be_replaced(small):
+    def copy(have, options):  # noqa: ARG001 - every stage takes both
+        yield from ()
+        return replace(have, sharp_linear=have.linear)
+
+    have = drain(walking(Intermediates(small), KNOWN, replaced={Stage.RESTORE: copy}))
+    assert np.allclose(have.result, small, atol=2e-3)
+    assert PATH[Stage.RESTORE] is not copy
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"response": "auto"},
+        {"response": [GivenResponse(SRGB())] * 3},
+        {"psf": np.ones((3, 3))},
+        {"psf": Wiener()},
+        {"method": "wiener"},
+        {"edges": [(1, 2)]},
+        {"edges": "edges"},
+        {"blur_extent": 0},
+        {"blur_extent": -3.0},
+        {"blur_extent": np.nan},
+        {"blur_extent": np.inf},
+        {"blur_extent": "5"},
+        {"blur_extent": True},
+        {"regions": 0},
+        {"regions": (2, -1)},
+        {"regions": (2, 2, 2)},
+        {"regions": 1.5},
+        {"regions": True},
+    ],
+    ids=str,
+)
+def test_options_that_cannot_be_are_refused_where_they_are_made(wrong):
+    with pytest.raises(ValueError, match=r"expected .*, got"):
+        DeblurOptions(**wrong)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"regions": (46, 2)}, "parts"),
+        ({"regions": 62}, "parts"),
+        ({"blur_extent": 1e6}, "wider than the photo"),
+    ],
+    ids=["rows", "longer side", "extent"],
+)
+def test_options_beyond_the_photo_are_refused_before_any_work(small, options, said):
+    seen = []
+    job = deblurring(small, replace(KNOWN, **options), observe=lambda *stage: seen.append(stage))
+    with pytest.raises(CrfDeblurError, match=said):
+        drain(job)
+    assert not seen
+
+
+def test_responses_of_three_channels_do_not_fit_a_gray_photo(small):
+    options = replace(KNOWN, response=PerChannel.alike(GivenResponse(SRGB())))
+    with pytest.raises(CrfDeblurError, match="3 responses"):
+        deblur(small[..., 0], options)
+
+
+def test_a_volume_goes_along_the_same_path():
+    stack = np.random.default_rng(3).uniform(0, 0.9, (9, 21, 30)).astype(np.float32)
+    psf = np.zeros((3, 3, 5))
+    psf[0, 1, 2], psf[1, 1, 1:4], psf[2, 2, 2] = 0.2, 0.2, 0.2
+    response = drain(estimating_responses([], GivenResponse(Gamma(2.0))))
+    start = Intermediates(stack, axes=3, response=response, psf=PsfEstimate(psf, PsfStatus.GIVEN))
+    have = drain(walking(start, DeblurOptions(method=Wiener())))
+    linear = linearize(stack.reshape(-1, 30), Gamma(2.0)).reshape(stack.shape)
+    expected = deconvolve(linear, psf, Wiener())
+    assert np.array_equal(have.sharp_linear, expected)
+    assert have.result.shape == stack.shape

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ._version import __version__
 
 if TYPE_CHECKING:
-    from ._napari.session import Session as Session
+    from ._napari.session.facade import Session as Session
     from .deconvolution import deconvolve
     from .edges import Edge, find_edges, refine_edges
     from .errors import CrfDeblurError
@@ -56,7 +56,7 @@ _HOMES = {
     "PsfEstimate": "psf",
     "ResponseCurve": "response",
     "ResponseEstimate": "estimate",
-    "Session": "_napari.session",
+    "Session": "_napari.session.facade",
     "deblur": "pipeline",
     "deconvolve": "deconvolution",
     "estimate_psf": "psf",

@@ -159,16 +159,14 @@ def test_polarity_does_not_matter() -> None:
 
 def test_where_the_edges_lie_does_not_matter() -> None:
     here, there = (
-        from_edges(profiles(SHAKE, ALL_ROUND, beside=beside), CURVE).psf
-        for beside in (0.0, 3.0)
+        from_edges(profiles(SHAKE, ALL_ROUND, beside=beside), CURVE).psf for beside in (0.0, 3.0)
     )
     assert kernel_similarity(here, there) > 0.98  # a part of a pixel of shift
 
 
 def test_the_amount_of_light_does_not_matter() -> None:
     bright, dim = (
-        from_edges(profiles(SHAKE, ALL_ROUND, gain=gain), CURVE).psf
-        for gain in (1.0, 0.5)
+        from_edges(profiles(SHAKE, ALL_ROUND, gain=gain), CURVE).psf for gain in (1.0, 0.5)
     )
     # the floor of the noise is a share of full scale
     assert kernel_similarity(bright, dim) > 0.99

@@ -9,6 +9,7 @@ from napari.layers import Image as ImageLayer
 from .._typing import Image
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
+from ..estimate.likelihood import LiveFit
 from ..io import (
     CameraKey,
     CameraRecord,
@@ -18,10 +19,11 @@ from ..io import (
     read_photo,
     stored_cameras,
 )
+from ..pipeline import PhotoStack
+from ..pipeline.stack import Region
 from ..progress import Job, Progress
 from ..response import ResponsePrior
-from .pixels import Region, Source
-from .state import Fitted
+from .session.state import Fitted
 
 UNKNOWN = "this photo does not say which camera took it: choose one, or name it when you keep it"
 
@@ -85,7 +87,9 @@ class CameraFolder:
         return "; ".join(self.stored(key).sentences())
 
 
-def looking_up(source: Source, plane: Region, path: Path | None, folder: Path) -> Job[CameraFolder]:
+def looking_up(
+    source: PhotoStack, plane: Region, path: Path | None, folder: Path
+) -> Job[CameraFolder]:
     """Long job: the cameras of a folder, and the one that took the photo.
 
     Raises
@@ -121,7 +125,7 @@ def check_kept(fitted: Fitted, camera: StoredCamera) -> None:
         raise CrfDeblurError(
             "one response is stored for all channels: estimate without one curve per channel"
         )
-    if not fitted.fits:
+    if not (fitted.fits and isinstance(fitted.fits[0], LiveFit)):
         raise CrfDeblurError("only an estimate of maximum likelihood is stored: estimate first")
     if any(group.sources[0].image for group in fitted.groups):
         raise CrfDeblurError(
@@ -147,7 +151,7 @@ def _same(one: ResponsePrior, other: ResponsePrior) -> bool:
     return np.array_equal(one.mean, other.mean) and np.array_equal(one.directions, other.directions)
 
 
-def _pixels(source: Source, plane: Region, path: Path | None) -> Image:
+def _pixels(source: PhotoStack, plane: Region, path: Path | None) -> Image:
     """The photo as its file has it, as for the command line; that of the layer without a file."""
     if path is not None:
         try:

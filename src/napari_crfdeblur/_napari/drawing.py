@@ -13,12 +13,12 @@ from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from .pixels import source_of, unwrapped
 from .regions import stack_index
+from .session.edges import ONE_SLICE, EdgeVerbs, joined, setting_edges
+from .session.state import EdgeSet
+from .session.step import Level
+from .session.workspace import Workspace
 from .shapes import drawn_shape, edge_layer, paint_edges, plane_drawn_on
 from .shown import Shown
-from .state import Action, EdgeSet
-from .step import Level
-from .steps import ONE_SLICE, joined, setting_edges
-from .workspace import Workspace
 
 DRAWN = ("added", "changed", "removed")  # events that come after the shapes have changed
 DRAWING = {"line": "add_line", "rectangle": "add_rectangle"}  # napari's modes
@@ -269,7 +269,7 @@ class EdgeDrawing:
         del self._all[photo]
         state = self._session.state_of(photo)
         if photo in self._session.viewer.layers and state.edges is not None:
-            self._session.commit(photo, state.after(Action.of("set_edges")).with_edges(None))
+            self._session.commit(photo, state.with_edges(None, by_hand=True))
             self._session.say(DELETED.format(photo.name))
 
     @contextmanager
@@ -279,6 +279,21 @@ class EdgeDrawing:
             yield
         finally:
             self._painting = False
+
+
+class DrawingVerbs(EdgeVerbs):
+    """Verbs of a session with the layer on which edges are drawn."""
+
+    drawing: EdgeDrawing
+
+    def draw_edges(self, shape: str = "line") -> Shapes:
+        """Make the layer on which edges are drawn, ready for a ``line`` or a ``rectangle``."""
+        return self.drawing.begin(shape)
+
+    def use_edges_of(self, layer: Shapes) -> EdgeSet:
+        """Use the lines and rectangles of any Shapes layer; its own coordinates count."""
+        items, plane = self.drawing.adopted(unwrapped(layer))
+        return self.set_edges(items, plane=plane)
 
 
 def _one_plane(photo: ImageLayer, planes: set[Index]) -> Index:

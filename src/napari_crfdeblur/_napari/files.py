@@ -17,11 +17,11 @@ from ..io.responses import SUFFIXES, responses_from
 from ..report import draw_response
 from ..report.colors import GROUPS
 from ..response import ResponseCurve
+from .pixels import KEY
 
 if TYPE_CHECKING:
     from napari.types import LayerDataTuple
 
-KEY = "napari-crfdeblur"
 OWN_FORMAT = re.compile(rb'"format"\s*:\s*"crfdeblur-(edges|response)"')
 LOOKED_AT = 1 << 20  # bytes in which the format must be named; our own files begin with it
 MEASURED = ("polarity", "width", "contrast")  # features of a layer of edges

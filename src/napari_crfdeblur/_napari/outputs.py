@@ -8,13 +8,16 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray, Image
+from ..pipeline import Record, Stage
+from ..pipeline.stack import Region
 from ..psf import PsfField
 from ..response import Gamma, ResponseCurve
-from .pixels import Region
+from .pixels import KEY, source_of
 from .placing import beside, like
-from .provenance import KEY, provenance
-from .state import State
-from .workspace import Workspace
+from .provenance import provenance
+from .session.state import State
+from .session.way import record_of, way_of
+from .session.workspace import Workspace
 
 LINEAR, SHARP, RESTORED, PSF, PREVIEW = (
     "linear",
@@ -33,10 +36,13 @@ def light_layer(
     light: FloatArray,
     region: Region,
     state: State,
+    record: Record,
 ) -> ImageLayer:
     """Add a layer in linear light, shown from 0 to 1 whatever its values."""
     pixels = light.astype(np.float32, copy=False)
-    return _add(session, photo, kind, pixels, region, state, contrast_limits=UNIT, gamma=1.0)
+    metadata = {KEY: provenance(photo, kind, state, record)}
+    shown = {"contrast_limits": UNIT, "gamma": 1.0}
+    return _add(session, photo, kind, pixels, region, metadata, **shown)
 
 
 def photo_layer(
@@ -45,11 +51,13 @@ def photo_layer(
     pixels: Image,
     region: Region,
     state: State,
+    record: Record,
     *,
     kind: str = RESTORED,
 ) -> ImageLayer:
     """Add a restored photo, shown with the contrast of the photo itself."""
-    return _add(session, photo, kind, pixels, region, state)
+    metadata = {KEY: provenance(photo, kind, state, record)}
+    return _add(session, photo, kind, pixels, region, metadata)
 
 
 def show_preview(
@@ -74,7 +82,8 @@ def show_psf(session: Workspace, photo: ImageLayer, state: State) -> ImageLayer:
 
     Those of all parts are shown as a map, each scaled to its peak.
     """
-    metadata = {KEY: provenance(photo, PSF, state, session.white_of(photo))}
+    record = record_of(source_of(photo, session.white_of(photo)), way_of(state), Stage.FIELD)
+    metadata = {KEY: provenance(photo, PSF, state, record)}
     blur = state.blur
     kernel = blur.picture() if isinstance(blur, PsfField) else np.asarray(blur)
     new = beside(photo, name_of(photo, PSF), kernel, metadata)
@@ -134,11 +143,9 @@ def _add(
     kind: str,
     pixels: Image,
     region: Region,
-    state: State,
+    metadata: dict[str, Any],
     **options: Any,
 ) -> ImageLayer:
-    white = session.white_of(photo)
-    metadata = {KEY: provenance(photo, kind, state, white, region)}
     layer = like(photo, name_of(photo, kind), pixels, region, metadata=metadata, **options)
     return _front(session, photo, kind, layer)
 

@@ -1,87 +1,20 @@
 """The pixels of image layers: photos as jobs take them, and PSFs."""
 
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
-from .._typing import FloatArray, Image
+from .._typing import FloatArray
 from ..errors import CrfDeblurError
-from ..photo import from_unit
+from ..pipeline import PhotoStack
 
-Region: TypeAlias = tuple[slice, ...]
-"""Part of a layer's data: one slice with start and stop for each axis, color left out."""
-
+KEY = "napari-crfdeblur"  # in the metadata of every layer that was made here
 KINDS = (np.uint8, np.uint16, np.float16, np.float32, np.float64)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Source:
-    """The pixels of a photo layer as they were when a job began; safe in any thread.
-
-    Parameters
-    ----------
-    data : array_like, shape (..., M, N) or (..., M, N, C)
-        Of a numpy array, a dask array or the finest level of a pyramid.
-    rgb : bool
-        Whether the last axis holds colors.
-    white : float or None
-        Value that stands for intensity 1; by default the full scale of the kind of number.
-    name : str
-        Of the layer, for messages.
-    """
-
-    data: Any
-    rgb: bool
-    white: float | None
-    name: str
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Shape without the color axis."""
-        return tuple(self.data.shape[: self.data.ndim - self.rgb])
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Kind of number of the layer, and of what is given back."""
-        dtype: np.dtype[Any] = np.dtype(self.data.dtype)
-        return dtype
-
-    @property
-    def whole(self) -> Region:
-        """All of it."""
-        return tuple(slice(0, side) for side in self.shape)
-
-    def photo(self, region: Region) -> Image:
-        """One plane, or a part of it, as a photo: (M, N), (M, N, 3) or (M, N, 4)."""
-        pixels = np.asarray(self.data[region])
-        if pixels.dtype != self.dtype:
-            raise CrfDeblurError(
-                f"“{self.name}” says that it holds {self.dtype}, but this slice is "
-                f"{pixels.dtype}; convert all slices to one kind of number"
-            )
-        pixels = pixels.reshape(pixels.shape[len(self.shape) - 2 :])
-        return self.in_unit(pixels)
-
-    def in_unit(self, pixels: Image) -> Image:
-        """Pixels of the layer with its white level at 1; without one, as they are."""
-        if self.white is None:
-            return pixels
-        return np.clip(pixels / np.float32(self.white), 0, 1).astype(np.float32, copy=False)
-
-    def recorded(self, photo: Image) -> Image:
-        """A photo in the layer's own numbers: the way back of :meth:`photo`."""
-        if self.white is None:
-            return photo.astype(self.dtype, copy=False)
-        values = from_unit(photo, np.float32) * np.float32(self.white)
-        if self.dtype.kind in "iu":
-            values = np.rint(values)
-        return values.astype(self.dtype)
-
-
-def source_of(layer: ImageLayer, white: float | None = None) -> Source:
+def source_of(layer: ImageLayer, white: float | None = None) -> PhotoStack:
     """What a job needs of a photo layer; refuses what is no photo in a sentence.
 
     Raises
@@ -109,7 +42,7 @@ def source_of(layer: ImageLayer, white: float | None = None) -> Source:
             f"“{layer.name}” holds numbers of kind {data.dtype}: set the white level, the value "
             "of the brightest pixel that the camera can record"
         )
-    return Source(data, bool(layer.rgb), white, layer.name)
+    return PhotoStack(data, bool(layer.rgb), white, layer.name)
 
 
 def unwrapped(thing: Any) -> Any:

@@ -7,9 +7,19 @@ from napari.layers import Image as ImageLayer
 from napari.utils.transforms import Affine
 
 from .._typing import FloatArray, Image
-from .pixels import Region
+from ..pipeline.stack import Region
 
 SPATIAL = ("scale", "translate", "rotate", "shear", "affine", "units", "axis_labels")
+
+
+def place_content(layer: ImageLayer) -> dict[str, Any]:
+    """Scale, place, units and names of the axes of a layer, JSON-safe."""
+    return {
+        "scale": [float(step) for step in layer.scale],
+        "translate": [float(start) for start in layer.translate],
+        "units": [str(unit) for unit in layer.units],
+        "axis_labels": [str(label) for label in layer.axis_labels],
+    }
 
 
 def placed(layer: ImageLayer, region: Region | None = None) -> dict[str, Any]:

@@ -10,12 +10,12 @@ from napari.layers import Layer
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
+from ..pipeline.intermediates import PLANE
 from ..psf import PsfEstimate, PsfField, PsfStatus, centered, cleared
 from . import outputs
-from .blurs import PLANE
-from .step import Level
-from .steps import setting_psf
-from .workspace import Workspace
+from .session.blur import setting_psf
+from .session.step import Level
+from .session.workspace import Workspace
 
 DEPTH = 50  # changes that can be undone
 MANY = "the PSF differs from part to part: look for one of the whole photo before you edit it"

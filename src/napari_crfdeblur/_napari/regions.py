@@ -1,14 +1,15 @@
 """Parts of a photo: planes of a stack, what the canvas shows, spans of the axes."""
 
-from collections.abc import Iterator, Sequence
-from itertools import product
+from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
 from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 
-from .pixels import Region, Source, source_of
+from ..pipeline import PhotoStack
+from ..pipeline.stack import Region
+from .pixels import source_of
 
 Pairs: TypeAlias = tuple[tuple[int, int], ...]
 """A region as numbers that can be stored: start and stop of each axis."""
@@ -17,7 +18,7 @@ Span: TypeAlias = slice | tuple[int, int]
 """One axis of a region, in either form."""
 
 
-def region_of(source: Source, spans: Sequence[Span]) -> Region:
+def region_of(source: PhotoStack, spans: Sequence[Span]) -> Region:
     """A region given by start and stop of each axis.
 
     Raises
@@ -34,7 +35,7 @@ def region_of(source: Source, spans: Sequence[Span]) -> Region:
     return tuple(slice(int(start), int(stop)) for start, stop in pairs_)
 
 
-def plane_at(source: Source, index: Sequence[int]) -> Region:
+def plane_at(source: PhotoStack, index: Sequence[int]) -> Region:
     """The plane of a stack at an index over all axes but rows and columns."""
     stack = [(int(i), int(i) + 1) for i in index]
     return region_of(source, [*stack, *pairs(source.whole[-2:])])
@@ -48,13 +49,6 @@ def pairs(region: Region) -> Pairs:
 def stack_index(plane: Region) -> tuple[int, ...]:
     """Index of a plane over all axes but rows and columns; empty for a single picture."""
     return tuple(int(axis.start) for axis in plane[:-2])
-
-
-def planes_of(region: Region) -> Iterator[Region]:
-    """The region plane by plane: slices of length 1 on all axes but rows and columns."""
-    *stack, rows, columns = region
-    for index in product(*(range(axis.start, axis.stop) for axis in stack)):
-        yield (*(slice(i, i + 1) for i in index), rows, columns)
 
 
 def shown_plane(viewer: ViewerModel, layer: ImageLayer) -> Region:

@@ -1,6 +1,11 @@
-"""What was done in a session, as a Python script that does it again without a display."""
+"""What was done in a session, as a Python script that does it again without a display.
 
-from dataclasses import MISSING, fields, is_dataclass
+Whatever comes from outside, such as names of files and layers, stands in it as ``repr`` writes
+it, so that it is text and nothing else.
+"""
+
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass, replace
 from enum import Enum
 from importlib import import_module
 from pathlib import Path
@@ -8,72 +13,76 @@ from typing import Any
 
 import numpy as np
 
-from .provenance import actions_of
+from ..io import record_from
+from ..pipeline import Record, Stage
+from .pixels import KEY
 
-HEAD = '''"""Deblur {name} as in the napari window; made by napari-crfdeblur {version}."""
+HEAD = '''"""Do again what was done in the napari window; made by napari-crfdeblur {version}."""
 
 {imports}
 
+# what was worked on: {name}
 viewer = ViewerModel()
 {opening}
+{placing}
 session = Session(viewer, photo{white})
+record = {record}
+for sentence in session.repeat(record):
+    print(sentence)
+{rest}session.save({record_file})
 '''
-INTO_FILE = "restore_into"
-WRITE = """
-if session.state.restored is not None:
-    {write}"""
-TAIL = """
-session.save("{stem}-session.json")
-"""
+PLACES = ("scale", "translate", "units", "axis_labels")
 
 
-def as_script(record: dict[str, Any]) -> str:
-    """The steps of a session record as a Python script.
+def as_script(content: dict[str, Any]) -> str:
+    """What a session did as a Python script.
 
     Parameters
     ----------
-    record : dict
+    content : dict
         As of :meth:`Session.record`, or the metadata of a layer.
 
     Returns
     -------
     str
         Reads the photo from its file, or from the path given as the first argument if it was
-        made in memory; does the same steps with the same arguments, and writes the result.
+        made in memory; gives it its scale, units and names of axes; does the same by the same
+        options, says whether the same comes out, and writes the result.
     """
-    names: set[tuple[str, str]] = {("napari.components", "ViewerModel")}
-    names.add(("napari_crfdeblur", "Session"))
-    lines = []
-    actions = actions_of(record, "the session")
-    for action in actions:
-        arguments = [f"{k}={expression(v, names)}" for k, v in action.arguments.items()]
-        lines.append(f"session.{action.verb}({', '.join(arguments)})")
-    source = record["source"]
+    names = {("napari.components", "ViewerModel"), ("napari_crfdeblur", "Session")}
+    record, source = record_from(content, "the session"), content["source"]
     opening, stem = _opening(source, names)
-    head = HEAD.format(
-        name=source["name"],
-        version=record["software"]["napari-crfdeblur"],
-        opening=opening,
-        white="" if source["white"] is None else f", white={source['white']!r}",
+    rest = ""
+    if record.until is Stage.REAPPLY and not record.tiled:
+        rest = f"{_writing(record, source, stem, names)}\n"
+    text = HEAD.format(
+        version=record.versions[KEY],
         imports="{imports}",
+        name=ascii(source["name"]),
+        opening=opening,
+        placing="\n".join(f"photo.{name} = {expression(source[name], names)}" for name in PLACES),
+        white="" if record.white is None else f", white={record.white!r}",
+        record=expression(replace(record, chosen={}), names),
+        rest=rest,
+        record_file=ascii(f"{stem}-record.json"),
     )
-    results = [action.verb for action in actions if action.verb in ("reapply", INTO_FILE)]
-    written = results[-1:] == [INTO_FILE]  # and too large, perhaps, to be held
-    tail = "" if written else WRITE.format(write=_writing(source, stem, names))
-    tail += TAIL.format(stem=stem)
-    body = head + "\n".join(lines) + "\n" + tail
-    return body.replace("{imports}", _imports(names), 1)
+    return text.replace("{imports}", _imports(names), 1)
 
 
 def expression(value: Any, names: set[tuple[str, str]]) -> str:
-    """Python source of a value: plain, an array, a member of an Enum, or a frozen method.
+    """Python source of a value: plain, an array, a member of an Enum, or a frozen object.
 
     Parameters
     ----------
     value : object
-        What was passed to a verb.
+        What is to stand in the script.
     names : set of (str, str)
         Gets the module and name of everything that the source refers to.
+
+    Raises
+    ------
+    ValueError
+        A value of another kind, whose ``repr`` might be anything.
     """
     if isinstance(value, Enum):
         _refer(type(value), names)
@@ -94,7 +103,14 @@ def expression(value: Any, names: set[tuple[str, str]]) -> str:
         return f"({inner},)" if len(value) == 1 else f"({inner})"
     if isinstance(value, list):
         return f"[{', '.join(expression(item, names) for item in value)}]"
-    return repr(value)
+    if isinstance(value, Mapping):
+        pairs = (f"{expression(k, names)}: {expression(v, names)}" for k, v in value.items())
+        return f"{{{', '.join(pairs)}}}"
+    if isinstance(value, str):
+        return ascii(str(value))
+    if value is None or isinstance(value, bool | int | float):
+        return repr(value)
+    raise ValueError(f"expected a value that a script can hold, got {type(value).__name__}")
 
 
 def _is_default(value: Any, field: Any) -> bool:
@@ -108,7 +124,7 @@ def _is_default(value: Any, field: Any) -> bool:
 def _refer(kind: type, names: set[tuple[str, str]]) -> None:
     """Import a class from the shortest module that offers it."""
     parts = kind.__module__.split(".")
-    for length in range(2, len(parts) + 1):
+    for length in range(1, len(parts) + 1):
         home = ".".join(parts[:length])
         if getattr(import_module(home), kind.__name__, None) is kind:
             names.add((home, kind.__name__))
@@ -121,25 +137,27 @@ def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, 
     discover = "PluginManager.instance().discover()"
     if source["sample"]:
         names.add(("npe2", "PluginManager"))
-        plugin, sample = source["sample"]
-        return f"{discover}\n(photo,) = viewer.open_sample({plugin!r}, {sample!r})", str(sample)
+        plugin, sample = (ascii(str(name)) for name in source["sample"])
+        return f"{discover}\n(photo,) = viewer.open_sample({plugin}, {sample})", "photo"
     if source["path"]:
         names.add(("npe2", "PluginManager"))
-        opened = f"viewer.open({source['path']!r}, plugin={source['reader'] or 'napari'!r})"
-        return f"{discover}\nphoto = {opened}[0]", Path(source["path"]).stem
+        path, reader = ascii(str(source["path"])), ascii(str(source["reader"] or "napari"))
+        opened = f"viewer.open({path}, plugin={reader})[0]"
+        return f"{discover}\nphoto = {opened}", Path(source["path"]).stem
     names |= {("sys", ""), ("napari_crfdeblur.io", "read_photo"), ("pathlib", "Path")}
-    photo = f"viewer.add_image(read_photo(Path(sys.argv[1])), name={source['name']!r})"
+    photo = f"viewer.add_image(read_photo(Path(sys.argv[1])), name={source['name']!a})"
     return f"photo = {photo}", "photo"
 
 
-def _writing(source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:
+def _writing(record: Record, source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:
     """The line that writes the result: a photo, or a stack as TIFF."""
-    if len(source["shape"]) - source["rgb"] > 2:
+    if len(record.photo.shape) - source["rgb"] > 2:
         names.add(("tifffile", "imwrite"))
-        return f'imwrite("{stem}-deblurred.tif", session.state.restored.data)'
+        return f"imwrite({f'{stem}-deblurred.tif'!a}, session.state.restored.data)"
     names |= {("napari_crfdeblur.io", "write_photo"), ("pathlib", "Path")}
-    suffix = ".png" if source["dtype"] in ("uint8", "uint16") else ".tif"
-    return f'write_photo(Path("{stem}-deblurred{suffix}"), session.state.restored.data)'
+    suffix = ".png" if record.photo.kind in ("uint8", "uint16") else ".tif"
+    name = ascii(f"{stem}-deblurred{suffix}")
+    return f"write_photo(Path({name}), session.state.restored.data)"
 
 
 def _imports(names: set[tuple[str, str]]) -> str:

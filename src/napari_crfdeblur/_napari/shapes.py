@@ -9,8 +9,9 @@ from napari.layers import Shapes
 from .._typing import FloatArray
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
+from ..pipeline.stack import Region
 from ..report.colors import GROUPS, OTHERS, REJECTED
-from .pixels import Region, source_of
+from .pixels import source_of
 from .placing import placed
 
 MANY = "#9a9a9a"  # of further groups: seen on bright and on dark photos

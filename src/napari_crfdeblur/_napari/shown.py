@@ -9,8 +9,8 @@ from napari.layers import Shapes
 
 from .._typing import FloatArray
 from ..edges import Edge
-from .state import EdgeSet
-from .step import Effects, Step
+from .session.state import EdgeSet
+from .session.step import Effects, Step
 
 Shape: TypeAlias = tuple[int, bytes, Edge | None]
 """Number and vertices of a shape, and its edge if it has one already."""

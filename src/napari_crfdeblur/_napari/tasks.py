@@ -15,8 +15,8 @@ from qtpy.QtCore import QTimer
 
 from ..errors import REFUSALS, CrfDeblurError, in_words
 from ..progress import Progress, drain
-from .session import Session
-from .step import Effects, Level, Step, apply
+from .session.facade import Session
+from .session.step import Effects, Level, Step, apply
 
 PERIOD = 20  # milliseconds between looks at a running job: seen as immediate
 

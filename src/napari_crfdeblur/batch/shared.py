@@ -9,7 +9,7 @@ import numpy as np
 
 from .._typing import FloatArray, Image
 from ..errors import REFUSALS, CrfDeblurError
-from ..estimate import GivenResponse, PerChannel, ResponseEstimate, estimating_responses
+from ..estimate import PerChannel, ResponseEstimate, estimating_responses
 from ..io import read_photo, read_psf, read_responses, write_psf, write_responses
 from ..large.stamp import Stamp
 from ..photo import check_photo
@@ -62,9 +62,7 @@ def sharing_response(
         write_responses(path, found)
         journal.keep("response", way, [*photos])
     # as the file has it, so that another run gets the same numbers
-    curves = [GivenResponse(curve) for curve in read_responses(path)]
-    known = curves[0] if len(curves) == 1 else PerChannel(tuple(curves))
-    return replace(options, response=known), found
+    return replace(options, response=PerChannel.given(read_responses(path))), found
 
 
 def sharing_psf(

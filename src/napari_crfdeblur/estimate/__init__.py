@@ -11,7 +11,7 @@ from .base import (
     estimating_response,
     estimating_responses,
 )
-from .given import GivenResponse
+from .given import GivenResponse, given_responses
 from .likelihood import MaximumLikelihood, NoiseModel
 from .paper import KnownPsf, MeanProfile, PolynomialFit, RankMinimization, RowScale, Tail
 from .per_channel import PerChannel
@@ -36,4 +36,5 @@ __all__ = [
     "estimate_responses",
     "estimating_response",
     "estimating_responses",
+    "given_responses",
 ]

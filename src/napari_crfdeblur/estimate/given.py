@@ -7,9 +7,9 @@ import numpy as np
 
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress
-from ..response import ResponseCurve
+from ..response import Response, ResponseCurve
 from .band import covered_range
-from .base import ResponseEstimate, ResponseFit, ResponseStatus
+from .base import ResponseEstimate, ResponseFit, Responses, ResponseStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,3 +45,22 @@ class GivenResponse(ResponseFit):
         return ResponseEstimate(
             self.curve, intensity, irradiance, irradiance, covered, ResponseStatus.GIVEN
         )
+
+
+def given_responses(curve: Response) -> Responses:
+    """Curves that are known, as if they had been estimated.
+
+    Parameters
+    ----------
+    curve : ResponseCurve or sequence of 3 of them
+        One for all channels, or one for each.
+
+    Raises
+    ------
+    ValueError
+        Not one curve or three.
+    """
+    curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
+    if len(curves) not in (1, 3):
+        raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
+    return Responses(tuple(GivenResponse(own).estimate() for own in curves))

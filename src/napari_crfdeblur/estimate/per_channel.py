@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from ..profiles import of_channel
 from ..profiles.base import ProfileGroup
 from ..progress import Job
+from ..response import ResponseCurve
 from .base import ResponseEstimate, ResponseFit, Responses
+from .given import GivenResponse
 
 CHANNELS = 3  # red, green, blue
 
@@ -37,6 +39,12 @@ class PerChannel(ResponseFit):
     def alike(cls, fit: ResponseFit) -> "PerChannel":
         """The same method for every channel."""
         return cls((fit,) * CHANNELS)
+
+    @classmethod
+    def given(cls, curves: Sequence[ResponseCurve]) -> ResponseFit:
+        """Curves that are known: one for all channels, or one for each."""
+        fits = tuple(GivenResponse(curve) for curve in curves)
+        return fits[0] if len(fits) == 1 else cls(fits)
 
     @property
     def needs_profiles(self) -> bool:

@@ -9,6 +9,7 @@ from .cameras import (
     stored_cameras,
     write_camera,
 )
+from .deblur_records import read_record, record_content, record_from, write_record
 from .edges import read_edges, write_edges
 from .files import check_folder, check_output, make_folder, write_text
 from .images import read_photo, write_photo
@@ -33,13 +34,17 @@ __all__ = [
     "read_edges",
     "read_photo",
     "read_psf",
+    "read_record",
     "read_responses",
+    "record_content",
+    "record_from",
     "stored_cameras",
     "to_record",
     "write_camera",
     "write_edges",
     "write_photo",
     "write_psf",
+    "write_record",
     "write_responses",
     "write_text",
 ]

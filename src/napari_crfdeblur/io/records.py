@@ -15,19 +15,24 @@ from typing import Any, TypeAlias, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 
-from .. import deconvolution, edges, estimate, profiles, psf, response
+from .. import deconvolution, edges, estimate, pipeline, profiles, psf, response
 from .._typing import Image
 from ..errors import DAMAGED, CrfDeblurError
+from ..estimate import Responses
+from ..psf import Evidence
 
 Record: TypeAlias = Any
 """What ``json`` writes and reads: None, bool, int, float, str, list or dict of such."""
 
 STAGES = (response, edges, profiles, psf, estimate, deconvolution)
+WHOLE_PATH = (pipeline.DeblurOptions, pipeline.Pixels, pipeline.Record, pipeline.Stage)
+PASSING = (Evidence, Responses)  # on the way from one stage to the next only
 MEMBERS: dict[str, type[Any]] = {
     member.__name__: member
-    for stage in STAGES
-    for member in (getattr(stage, name) for name in stage.__all__)
+    for members in (*([getattr(stage, n) for n in stage.__all__] for stage in STAGES), WHOLE_PATH)
+    for member in members
     if isinstance(member, type) and (is_dataclass(member) or issubclass(member, Enum))
+    if member not in PASSING
 }
 """The classes that have records, by name: all that the stages export and that hold values."""
 
@@ -135,6 +140,8 @@ def _hints(cls: type[Any]) -> dict[str, Any]:
 def _fits(value: object, hint: Any) -> bool:
     """Whether a value is of the type of a field."""
     origin, inner = get_origin(hint), get_args(hint)
+    if hint is Any:
+        return True
     if origin in (Union, UnionType):
         return any(_fits(value, each) for each in inner)
     if origin is tuple and isinstance(value, tuple):

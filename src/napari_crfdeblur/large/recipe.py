@@ -1,18 +1,19 @@
-"""What is done with one tile: linearized, deconvolved, recorded again."""
+"""What is done with one tile: the path from linear light on, the blur undone as in the whole."""
 
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import Deconvolver, PlaneStatistics
 from ..deconvolution.tiles import Tile
-from ..errors import CrfDeblurError
-from ..photo import ALPHA
-from ..progress import drain
-from ..psf import PsfField
-from ..response import Response, clipped_pixels, linearize, reapply
+from ..estimate import Responses
+from ..pipeline import DeblurOptions, Intermediates, Stage, walking
+from ..pipeline.intermediates import made
+from ..pipeline.path import Run
+from ..progress import Job, drain
+from ..psf import PsfEstimate, PsfField, PsfStatus
 from .windows import pieces
 
 PsfOrField: TypeAlias = FloatArray | PsfField
@@ -30,7 +31,8 @@ class Recipe:
 
     Parameters
     ----------
-    curve : ResponseCurve or sequence of 3 of them
+    response : Responses
+        Of all channels, or of each.
     psf : ndarray, shape (H, W) or (D, H, W), or PsfField
     method : Deconvolver
     color : bool
@@ -39,7 +41,7 @@ class Recipe:
         Of each channel of the whole photo.
     """
 
-    curve: Response
+    response: Responses
     psf: PsfOrField
     method: Deconvolver
     color: bool
@@ -56,17 +58,30 @@ class Recipe:
         sides = len(psf_shape(self.psf))
         axes = sides + self.color
         photo: Image = part.reshape(part.shape[part.ndim - axes :])
-        light = in_light(photo, self.curve, self.color)
-        clipped = clipped_in(photo[..., :3] if self.color else photo, self.color)
-        inner = (own.stop - own.start for own in tile.inner)
-        sharp = np.empty((*inner, *light.shape[sides:]), dtype=light.dtype)
-        for channel, found in enumerate(self.statistics):
-            own = (..., channel) if self.color else ...
-            sharp[own] = self._undone(light[own], clipped[own], found, tile)
-        result = _recorded(sharp, self.curve, photo.dtype, self.color)
-        if self.color and photo.shape[-1] == ALPHA:
-            result = np.concatenate([result, photo[tile.kept][..., 3:]], axis=-1)
+        whole = self.psf.psfs[0, 0] if isinstance(self.psf, PsfField) else self.psf
+        have = Intermediates(
+            photo, axes=sides, response=self.response, psf=PsfEstimate(whole, PsfStatus.GIVEN)
+        )
+        options = DeblurOptions(method=self.method)
+        undone = {Stage.RESTORE: self._undoing(tile)}
+        job = walking(have, options, start=Stage.LINEAR, replaced=undone)
+        result = made(drain(job).result, "a result")
         return result.reshape((1,) * (part.ndim - axes) + result.shape)
+
+    def _undoing(self, tile: Tile) -> Run:
+        """The stage in which the blur is undone, for a tile of the whole."""
+
+        def stage(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:  # noqa: ARG001 - as every stage
+            light, clipped = made(have.linear, "linear light"), have.clipped
+            inner = (own.stop - own.start for own in tile.inner)
+            sharp = np.empty((*inner, *light.shape[have.axes :]), dtype=light.dtype)
+            for channel, found in enumerate(self.statistics):
+                own = (..., channel) if self.color else ...
+                sharp[own] = self._undone(light[own], clipped[own], found, tile)
+            yield from ()
+            return replace(have, photo=have.photo[tile.kept], sharp_linear=sharp)
+
+        return stage
 
     def _undone(
         self, light: FloatArray, clipped: BoolArray, found: PlaneStatistics, tile: Tile
@@ -87,32 +102,3 @@ class Recipe:
         plane, mask = np.ascontiguousarray(light), np.ascontiguousarray(clipped)
         lost = mask if mask.any() else None
         return drain(self.method.run(plane, psf, clipped=lost, statistics=found))
-
-
-def in_light(photo: Image, curve: Response, channels: bool) -> FloatArray:
-    """A part in linear light, shape (M, N) or (M, N, 3), or with slices before."""
-    seen = photo[..., :3] if channels else photo
-    low, high = seen.min(), seen.max()
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
-    if photo.dtype.kind == "f" and not (low >= 0 and high <= 1):
-        raise CrfDeblurError(
-            f"the image has values from {low:.4g} to {high:.4g}; "
-            "divide a floating-point image by its full scale, so that it lies in [0, 1]"
-        )
-    if not channels:
-        return linearize(photo.reshape(-1, photo.shape[-1]), curve).reshape(photo.shape)
-    return linearize(seen.reshape(-1, *seen.shape[-2:]), curve).reshape(seen.shape)
-
-
-def _recorded(sharp: FloatArray, curve: Response, dtype: np.dtype[Any], channels: bool) -> Image:
-    shape = (-1, *sharp.shape[-2:]) if channels else (-1, sharp.shape[-1])
-    return reapply(sharp.reshape(shape), curve, dtype).reshape(sharp.shape)
-
-
-def clipped_in(photo: Image, channels: bool) -> BoolArray:
-    """Where the camera saturated, the shape of the part."""
-    shape = (-1, *photo.shape[-2:]) if channels else (-1, photo.shape[-1])
-    return clipped_pixels(photo.reshape(shape)).reshape(photo.shape)

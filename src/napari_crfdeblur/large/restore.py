@@ -11,6 +11,7 @@ from .._typing import Image
 from ..deconvolution import Deconvolver, PlaneStatistics, Tiled
 from ..deconvolution.tiles import Grid, Region, Tile
 from ..errors import CrfDeblurError
+from ..estimate import given_responses
 from ..photo import ALPHA
 from ..psf import PsfField, as_psf
 from ..response import Response
@@ -78,7 +79,7 @@ def restore_large(
     tiled = method if isinstance(method, Tiled) else Tiled(method)
     grid = tiled.grid(plane, psf_shape(psf))
     statistics = statistics or measure_large(photo, curve, channels=channels, psf=psf)
-    recipe = Recipe(curve, psf, tiled.method, channels, tuple(statistics))
+    recipe = Recipe(given_responses(curve), psf, tiled.method, channels, tuple(statistics))
     lead = len(photo.shape) - len(plane) - channels
     plan = _Plan(tuple(photo.shape), lead, grid)
     if isinstance(photo, Source):

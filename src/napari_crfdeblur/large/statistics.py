@@ -12,11 +12,14 @@ from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
 from ..deconvolution.varying import JUDGED, measuring_misfit
+from ..estimate import Responses, given_responses
+from ..pipeline import DeblurOptions, Intermediates, Stage, walking
+from ..pipeline.intermediates import made
 from ..progress import Progress, drain
 from ..psf import PsfField
 from ..psf.misfit import evenly, misfit
 from ..response import Response
-from .recipe import PsfOrField, clipped_in, in_light
+from .recipe import PsfOrField
 from .sources import Source
 from .windows import pieces
 
@@ -52,7 +55,10 @@ def measure_large(
     CrfDeblurError
         Pixels that are not finite or outside [0, 1].
     """
-    patches = [_Patch.of(place, part, curve, channels) for place, part in _parts(photo, channels)]
+    response = given_responses(curve)
+    patches = [
+        _Patch.of(place, part, response, channels) for place, part in _parts(photo, channels)
+    ]
     light = np.concatenate([patch.light for patch in patches])
     found = []
     for channel in range(light.shape[-1] if channels else 1):
@@ -72,9 +78,11 @@ class _Patch:
     lost: BoolArray
 
     @classmethod
-    def of(cls, place: Region, part: Image, curve: Response, channels: bool) -> "_Patch":
-        seen = part[..., :3] if channels else part
-        return cls(place, in_light(part, curve, channels), clipped_in(seen, channels))
+    def of(cls, place: Region, part: Image, response: Responses, channels: bool) -> "_Patch":
+        axes = part.ndim - channels
+        have = Intermediates(part, axes=axes, response=response)
+        have = drain(walking(have, DeblurOptions(), start=Stage.LINEAR, until=Stage.LINEAR))
+        return cls(place, made(have.linear, "linear light"), have.clipped)
 
 
 def _unexplained(patches: Sequence[_Patch], psf: PsfOrField | None) -> float | None:

@@ -4,6 +4,9 @@ from .intermediates import Intermediates
 from .options import DeblurOptions, Drawn
 from .path import DEFAULT_METHOD, PATH, Stage, edges_needed, suited_estimator, walking
 from .profiled import profiles_for, profiling
+from .record import Pixels, Record
+from .repeat import Repeated, repeating
+from .stack import PhotoStack, Restored, restoring
 from .verb import Deblurred, deblur, deblurring
 
 __all__ = [
@@ -13,12 +16,19 @@ __all__ = [
     "Deblurred",
     "Drawn",
     "Intermediates",
+    "PhotoStack",
+    "Pixels",
+    "Record",
+    "Repeated",
+    "Restored",
     "Stage",
     "deblur",
     "deblurring",
     "edges_needed",
     "profiles_for",
     "profiling",
+    "repeating",
+    "restoring",
     "suited_estimator",
     "walking",
 ]

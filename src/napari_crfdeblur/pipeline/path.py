@@ -6,7 +6,7 @@ description of the path: library, command, batch, tiles and window drive it with
 on, or put another function in the place of a stage.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 from math import radians
@@ -55,6 +55,10 @@ class Stage(Enum):
     def is_done(self, have: Intermediates) -> bool:
         """Whether what it makes is there."""
         return getattr(have, self.value) is not None
+
+
+SEEKING = {Stage.EDGES, Stage.PROFILES, Stage.RESPONSE, Stage.PSF}
+"""Stages that find something, so that the photo has to show something."""
 
 
 def seek_edges(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
@@ -108,6 +112,8 @@ def find_psf(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
 
 def find_field(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
     """Stage: the PSFs of all parts of the photo, if it is to be divided."""
+    if options.psf is not None and options.psf.field is not None:
+        return replace(have, field=options.psf.field)
     if options.regions is None:
         return have
     method = options.psf
@@ -166,6 +172,7 @@ def walking(
     have: Intermediates,
     options: DeblurOptions,
     *,
+    start: Stage = Stage.EDGES,
     until: Stage = Stage.REAPPLY,
     replaced: Mapping[Stage, Run] | None = None,
     observe: Callable[[Stage, Intermediates], object] | None = None,
@@ -178,8 +185,8 @@ def walking(
         The photo, and whatever is known already: a stage whose product is there is skipped.
     options : DeblurOptions
         What is known besides, and the methods for the rest.
-    until : Stage
-        The last stage.
+    start, until : Stage
+        The first stage and the last one; those before and after are passed over.
     replaced : mapping of Stage to callable, optional
         Functions in the place of some stages.
     observe : callable, optional
@@ -192,15 +199,15 @@ def walking(
     ValueError
         Not a photo, or options of another kind.
     """
-    _check(have, options)
+    stages = list(Stage)
+    ahead = stages[stages.index(start) : stages.index(until) + 1]
+    _check(have, options, [stage for stage in ahead if not stage.is_done(have)])
     path = {**PATH, **(replaced or {})}
-    for stage in Stage:
+    for stage in ahead:
         if not stage.is_done(have):
             have = yield from path[stage](have, options)
             if observe is not None:
                 observe(stage, have)
-        if stage is until:
-            break
     return have
 
 
@@ -231,15 +238,15 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
-def _check(have: Intermediates, options: DeblurOptions) -> None:
+def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) -> None:
     """Refuse a photo from which nothing can be found, or whose values are none."""
     if not isinstance(options, DeblurOptions):
         raise ValueError(f"expected DeblurOptions, got {options!r:.80}")
-    if have.response is not None and have.psf is not None:
+    if SEEKING & {*ahead}:
+        check_photo(have.photo)
+        options.check_for(have.sides, have.channels)
+    else:
         check_values(have.colors)
-        return
-    check_photo(have.photo)
-    options.check_for(have.sides, have.channels)
 
 
 def _refining(photo: Image, drawn: tuple[Drawn, ...], extent: float) -> Job[tuple[Edge, ...]]:

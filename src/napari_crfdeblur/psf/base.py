@@ -1,10 +1,11 @@
 """The stage from what a photo shows to its point spread function: verb, method, result."""
 
+import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,9 @@ from ..errors import CrfDeblurError
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress, drain
 from ..response import Response
+
+if TYPE_CHECKING:
+    from .field import PsfField
 
 SCALED = 1e-14  # distance of the sum from 1 that rounding leaves
 
@@ -54,7 +58,7 @@ class PsfEstimate:
 
     psf: FloatArray
     status: PsfStatus
-    diagnostics: dict[str, float] = field(default_factory=dict)
+    diagnostics: dict[str, float] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
         psf = np.array(self.psf, dtype=np.float64)
@@ -131,6 +135,11 @@ class PsfEstimator(ABC):
     """Whether it looks at the picture, so that it finds the PSF of any part of it, too."""
     needs_edges: ClassVar[bool] = False
     """Whether it looks at the profiles across straight edges."""
+
+    @property
+    def field(self) -> "PsfField | None":
+        """The PSFs of all parts of the photo, if they are known."""
+        return None
 
     @abstractmethod
     def run(self, evidence: Evidence) -> Job[PsfEstimate]:

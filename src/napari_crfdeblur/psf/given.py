@@ -9,6 +9,7 @@ from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress
 from .base import Evidence, PsfEstimate, PsfEstimator, PsfStatus, as_psf
+from .field import PsfField
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -18,17 +19,27 @@ class GivenPsf(PsfEstimator):
     Parameters
     ----------
     psf : ndarray, shape (H, W), or (D, H, W) for volumes
-        Non-negative; scaled to sum 1 and padded to odd sides.
+        Non-negative; scaled to sum 1 and padded to odd sides. That of the whole photo.
+    parts : PsfField, optional
+        The PSFs of all parts of the photo, if they differ.
     """
 
     needs_picture: ClassVar[bool] = False
 
     psf: FloatArray
+    parts: PsfField | None = None
 
     def __post_init__(self) -> None:
+        if not isinstance(self.parts, PsfField | None):
+            raise ValueError(f"expected the PSFs of all parts, got {self.parts!r:.80}")
         psf = as_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
+
+    @property
+    def field(self) -> PsfField | None:
+        """The PSFs of all parts, as given."""
+        return self.parts
 
     def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: hand out the PSF; an image that is smaller than it is refused."""

@@ -16,10 +16,10 @@ from psygnal import SignalInstance
 
 from ...errors import CrfDeblurError
 from ..outputs import RESTORED
-from ..provenance import KEY
-from ..session import Session
-from ..step import Level, Message, Step
-from ..steps import detecting_edges
+from ..pixels import KEY
+from ..session.edges import detecting_edges
+from ..session.facade import Session
+from ..session.step import Level, Message, Step
 from ..tasks import Make, Runner
 from .forms import sentence
 from .keys import FIND_EDGES, FLIP, UNDO_EDGES, Keys

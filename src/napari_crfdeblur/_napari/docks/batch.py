@@ -11,9 +11,11 @@ from napari.layers import Layer
 from qtpy.QtWidgets import QApplication
 
 from ...io.images import WRITABLE
-from ..provenance import KEY
-from ..step import Step
-from ..steps import EXPORTS, exporting, restoring_files, restoring_layers
+from ..pixels import KEY
+from ..session.batch import restoring_files, restoring_layers
+from ..session.export import EXPORTS, exporting
+from ..session.record import repeating
+from ..session.step import Step
 from .base import Dock
 from .choices import AUTOMATIC, deconvolvers
 from .files import ask_folder, ask_open, ask_open_many, ask_save
@@ -53,7 +55,7 @@ class BatchDock(Dock):
             Label(value="<b>What was done</b>"),
             row(
                 self.button("Copy as script", "as Python, to the clipboard", self.copy_script),
-                self.button("Repeat...", "do what a saved session did on this photo", self._repeat),
+                self.button("Repeat...", "do what a record says on this photo", self._repeat),
             ),
             Container(widgets=[self._what]),
             self.button("Export...", "write it to a file", self._ask_export),
@@ -82,12 +84,8 @@ class BatchDock(Dock):
         return self.begin(lambda: restoring_files(self.session, paths, folder, method), block=block)
 
     def repeat(self, path: Path, block: bool = True) -> None:
-        """Do what a saved session did on this photo; in a thread unless it blocks."""
-        if block:
-            self.session.repeat(path)
-            return
-        make, *following = self.session.repeating(path)
-        self.runner.start(make(), *following)
+        """Do what a record says on this photo; in a thread unless it blocks."""
+        self.begin(lambda: repeating(self.session, path), block=block)
 
     def copy_script(self) -> None:
         """Put what was done on the clipboard, as a Python script."""
@@ -110,7 +108,7 @@ class BatchDock(Dock):
             self.run_files(paths, folder, block=False)
 
     def _repeat(self) -> None:
-        path = ask_open(self.native, "Saved session", (".json",))
+        path = ask_open(self.native, "Record", (".json",))
         if path is not None:
             self.attempt(lambda: self.repeat(path, block=False))
 

@@ -17,13 +17,12 @@ from ...report import draw_psf
 from ..blur_files import SUFFIXES, read_blur, write_blur
 from ..blurs import draw_blur
 from ..outputs import name_of
-from ..pixels import kernel_of
-from ..provenance import KEY
+from ..pixels import KEY, kernel_of
 from ..psf_editing import PsfEditing
+from ..session.blur import estimating_psf
+from ..session.step import Level, Message, Step
+from ..session.workspace import doubted, trust_in
 from ..shapes import drawing_layer, group_color, region_drawn_on
-from ..step import Level, Message, Step
-from ..steps import estimating_psf
-from ..workspace import doubted, trust_in
 from .base import SHADES, Dock, Followed
 from .choices import AUTOMATIC, FROM_EDGES, chosen_regions, psf_estimators, regions_box
 from .files import ask_open, ask_save

@@ -16,8 +16,8 @@ from ...io import CameraKey, read_responses
 from ...io.responses import responses_from
 from ...response import Cameras, ResponseCurve, ResponsePrior, around
 from ..outputs import made_of
-from ..provenance import KEY
-from ..session import Session
+from ..pixels import KEY
+from ..session.facade import Session
 from .stored import StoredCameras
 
 Choice: TypeAlias = Cameras | CameraKey | Layer | Path

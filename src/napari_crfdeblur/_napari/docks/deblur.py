@@ -7,8 +7,8 @@ from magicgui.widgets.bases import Widget
 
 from ...pipeline import DeblurOptions
 from ..preferences import preferences
-from ..step import Step
-from ..steps import deblurring
+from ..session.step import Step
+from ..session.whole import deblurring
 from .base import Dock
 from .choices import (
     PREFERRED,

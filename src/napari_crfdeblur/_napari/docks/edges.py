@@ -16,9 +16,9 @@ from ...profiles import ProfileGroup
 from ...report import draw_profiles
 from ...report.content import normalized
 from ..preferences import preferences
-from ..state import EdgeSet
-from ..step import Step
-from ..steps import detecting_edges, removing_edges, setting_edges
+from ..session.edges import detecting_edges, removing_edges, setting_edges
+from ..session.state import EdgeSet
+from ..session.step import Step
 from .base import Dock, Followed
 from .files import ask_open, ask_save
 from .following import Following
@@ -197,7 +197,7 @@ class EdgesDock(Dock):
 
     def _edges_changed(self) -> None:
         state = self.session.state
-        drawn = state.edges is not self._seen and state.actions[-1].verb == "set_edges"
+        drawn = state.edges is not self._seen and state.by_hand
         self._remember()
         self._show_edges()
         if drawn:

@@ -2,15 +2,16 @@
 
 from collections.abc import Callable, Collection
 from dataclasses import replace
+from functools import partial
 
 from napari.layers import Image as ImageLayer
 from qtpy.QtCore import QTimer
 
 from ...errors import CrfDeblurError
 from ..preferences import preferences
-from ..session import Session
-from ..step import Level
-from ..steps import estimating_response, following_edges
+from ..session.facade import Session
+from ..session.response import estimating_response, following_edges
+from ..session.step import Level
 from ..tasks import Runner
 from .choices import PREFERRED, fits
 
@@ -69,11 +70,13 @@ class Following:
         state, edges = self._session.state, self._session.state.edges
         if edges is None or not edges.groups or (state.fitted and not state.fitted.groups):
             return
-        done = [a.arguments for a in state.actions if a.verb == "estimate_response"]
         method = fits().get(PREFERRED[preferences().response])
-        if done or method is not None:
-            how = done[-1] if done else {"method": method}
-            self._attempt(lambda: self._session.start(estimating_response(self._session, **how)))
+        others: tuple[str, ...] = ()
+        if state.fitted is not None:
+            method, others = state.fitted.method, state.fitted.others
+        if method is not None:
+            step = partial(estimating_response, self._session, method, others=others)
+            self._attempt(lambda: self._session.start(step()))
 
     def end(self) -> None:
         """Follow no more: what is not confirmed is dropped."""

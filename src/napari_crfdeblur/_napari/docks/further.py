@@ -8,9 +8,8 @@ from magicgui.widgets import CheckBox, Container, PushButton, Select
 from magicgui.widgets.bases import Widget
 from napari.layers import Image as ImageLayer
 
-from ..pixels import unwrapped
-from ..provenance import KEY
-from ..session import Session
+from ..pixels import KEY, unwrapped
+from ..session.facade import Session
 from .forms import tight
 
 HEIGHT = 70  # pixels of the list

@@ -8,8 +8,8 @@ from napari.layers import Layer
 
 from ...io.responses import responses_from
 from ...response import Gamma, Response, ResponseCurve
-from ..provenance import KEY
-from ..session import Session
+from ..pixels import KEY
+from ..session.facade import Session
 from .choices import given
 
 GAMMA = "gamma"

@@ -14,14 +14,14 @@ from ...estimate import KnownPsf, MaximumLikelihood, ResponseFit
 from ...io import CameraKey, write_responses
 from ...io.images import WRITABLE
 from ...io.responses import SUFFIXES
+from ...pipeline.intermediates import PLANE
 from ...response import Cameras
-from ..blurs import PLANE
 from ..cameras import UNKNOWN
 from ..pixels import unwrapped
 from ..preferences import preferences
-from ..state import Fitted
-from ..step import Message, Step
-from ..steps import estimating_response, setting_response
+from ..session.response import estimating_response, setting_response
+from ..session.state import Fitted
+from ..session.step import Message, Step
 from .base import Dock, Followed
 from .camera import CameraBox
 from .choices import PREFERRED, fits

@@ -12,7 +12,7 @@ from ...profiles import ProfileGroup
 from ...report import draw_profiles, draw_response, move_curves, move_profiles
 from ...report.content import channel_names, direction
 from ...response import Gamma, ResponseCurve
-from ..session import Session
+from ..session.facade import Session
 from .base import Followed
 from .forms import tight
 from .plots import Plot, palette_of

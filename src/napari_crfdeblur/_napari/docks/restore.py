@@ -10,21 +10,22 @@ from napari.layers import Layer
 
 from ...errors import CrfDeblurError
 from ...large.store import SUFFIXES
-from .. import jobs, outputs
-from ..pixels import Region
+from ...pipeline.stack import Region
+from .. import outputs
 from ..preferences import preferences
 from ..regions import visible_part
-from ..state import Sharp
-from ..step import Step, at_once
-from ..steps import (
+from ..session.into_file import restoring_into
+from ..session.restore import (
     comparing,
+    counting_clipped,
     deconvolving,
     linearizing,
     previewing,
     reapplying,
-    restoring,
-    restoring_into,
+    restoring_photo,
 )
+from ..session.state import Sharp
+from ..session.step import Step, at_once
 from .base import Dock, Followed
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
 from .files import ask_save
@@ -49,7 +50,7 @@ class RestoreDock(Dock):
         """Linearize, deconvolve and re-apply in one."""
         self._chosen = self.session.photo, self._method.method, self._region()
         _, method, region = self._chosen
-        return restoring(self.session, method, region=region)
+        return restoring_photo(self.session, method, region=region)
 
     def run(self, block: bool = True) -> Any:
         """Restore, with gamma 2.2 beside it if that is wanted; returns the restored layer."""
@@ -214,7 +215,7 @@ class RestoreDock(Dock):
             return
         self._counted, self._clipped.visible = sharp, False
         if sharp is not None:
-            job = jobs.counting_clipped(sharp.layer.data)
+            job = counting_clipped(sharp.layer.data)
             self.session.start(Step("counting clipped values", job, at_once(self._show_clipped)))
 
     def _show_clipped(self, share: float) -> None:

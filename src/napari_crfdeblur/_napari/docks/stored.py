@@ -12,9 +12,9 @@ from ...estimate import MaximumLikelihood, ResponseFit
 from ...io import CameraKey
 from ..cameras import CameraFolder
 from ..preferences import prefer_cameras, preferences
-from ..session import Session
-from ..step import Level, Step
-from ..steps import keeping_camera, looking_up_cameras
+from ..session.cameras import keeping_camera, looking_up_cameras
+from ..session.facade import Session
+from ..session.step import Level, Step
 from .forms import row, sentence
 
 LOOKING = "looking for the camera of this photo"

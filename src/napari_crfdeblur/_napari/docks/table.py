@@ -12,8 +12,8 @@ from qtpy.QtWidgets import QAbstractItemView, QTableWidget, QTableWidgetItem
 
 from ...edges import Edge
 from ...report.content import direction
+from ..session.state import EdgeSet
 from ..shapes import group_color
-from ..state import EdgeSet
 
 HEIGHT = 170  # pixels: five rows and the names of the columns
 POLARITY = {1: "rising", -1: "falling", 0: ""}

@@ -5,8 +5,8 @@ from dataclasses import replace
 from ...estimate import ResponseStatus
 from ...report import Report
 from ...report.content import sentences
-from ..state import Fitted, State
-from ..step import Level
+from ..session.state import Fitted, State
+from ..session.step import Level
 
 EARLIER = "estimated from earlier edges: estimate again"
 FOLLOWS = "The response follows the edges; a full estimate comes after a pause."

@@ -15,9 +15,9 @@ from ...errors import CrfDeblurError
 from ...response import ResponseCurve, tuned
 from ...response.prior import DORF_DEVIATIONS
 from ..outputs import remove_preview
-from ..session import Session
-from ..step import Effects, Level, Step
-from ..steps import previewing
+from ..session.facade import Session
+from ..session.restore import previewing
+from ..session.step import Effects, Level, Step
 from ..tasks import Runner
 from .forms import tight
 

@@ -1,5 +1,6 @@
 """Steps that write files: the report, plots, and everything else that a session holds."""
 
+import json
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -22,10 +23,10 @@ from ...report.content import usual_curves
 from ..blur_files import write_blur
 from ..blurs import draw_blur, seen
 from ..pixels import source_of
-from ..provenance import write_session
 from ..script import as_script
-from ..step import Step, at_once
-from ..workspace import Workspace
+from .record import recorded
+from .step import Step, at_once
+from .workspace import Workspace
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -36,8 +37,37 @@ Write: TypeAlias = Callable[[Path], None]
 """Writes what was taken from a session when the step was made; safe in any thread."""
 
 
+class ExportVerbs(Workspace):
+    """The verb of a session that writes parts of it to files."""
+
+    def export(self, what: str, path: Path | str) -> Path:
+        """Write a part of the session to a file.
+
+        Parameters
+        ----------
+        what : str
+            ``report``, ``response``, ``edges``, ``PSF``, ``record``, ``Python script``, or
+            ``plot of the`` ``response``, ``profiles``, ``edges`` or ``PSF``.
+        path : Path
+            Its suffix says the kind: ``.html`` or ``.png`` for the report, ``.json`` or
+            ``.csv`` for edges, ``.npy``, ``.tif``, ``.png`` or ``.json`` for the PSF (only the
+            last keeps those of all parts), ``.png``, ``.svg`` or ``.pdf`` for plots, ``.json``
+            and ``.py`` for the rest.
+
+        Raises
+        ------
+        CrfDeblurError
+            There is no such part yet, or the file cannot be written.
+        """
+        return self.do(exporting(self, what, path))
+
+    def save(self, path: Path | str) -> None:
+        """Save what was done, to be loaded and repeated."""
+        self.export("record", path)
+
+
 def exporting(session: Workspace, what: str, path: Path | str) -> Step[Path, Path]:
-    """Step of :meth:`Session.export`."""
+    """Step of :meth:`ExportVerbs.export`."""
     if what not in EXPORTS:
         raise ValueError(f"expected one of {', '.join(EXPORTS)}, got {what}")
     prepare, suffixes = EXPORTS[what]
@@ -97,13 +127,13 @@ def _psf(session: Workspace) -> Write:
     return lambda path: write_blur(path, *content)
 
 
-def _session(session: Workspace) -> Write:
-    content = session.record()
-    return lambda path: write_session(path, content)
+def _record(session: Workspace) -> Write:
+    content = recorded(session)
+    return lambda path: write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def _script(session: Workspace) -> Write:
-    content = as_script(session.record())
+    content = as_script(recorded(session))
     return lambda path: write_text(path, content)
 
 
@@ -141,7 +171,7 @@ EXPORTS: dict[str, tuple[Callable[[Workspace], Write], tuple[str, ...]]] = {
     "response": (_response, (".json",)),
     "edges": (_edges, (".json", ".csv")),
     "PSF": (_psf, (".npy", ".tif", ".png", ".json")),
-    "session": (_session, (".json",)),
+    "record": (_record, (".json",)),
     "Python script": (_script, (".py",)),
     "plot of the response": (_response_plot, PLOTS),
     "plot of the profiles": (_profile_plot, PLOTS),

@@ -1,12 +1,10 @@
 """Restoring into a file, tile by tile: for photos whose results do not fit into memory."""
 
-from dataclasses import replace
-from math import prod
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import psutil  # type: ignore[import-untyped]
 from napari.layers import Image as ImageLayer
 
 from ..._typing import Image
@@ -14,22 +12,59 @@ from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...large import check_target, open_source, restore_large, storing
 from ...large import sources as large
-from ...pipeline import DEFAULT_METHOD
+from ...pipeline import DEFAULT_METHOD, PhotoStack, Pixels, Stage
+from ...pipeline.blur import Blur, check_fit
+from ...pipeline.record import identifying
+from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ...response import Response
 from .. import outputs
-from ..blurs import Blur, check_fit
-from ..pixels import Region, Source, file_of
-from ..state import Action
-from ..step import Step, at_once
-from ..workspace import Workspace
+from ..pixels import file_of
+from .step import Step, at_once
+from .way import record_of, way_of
+from .workspace import Workspace
 
 if TYPE_CHECKING:
     from dask.array import Array
 
 TILE = 512  # rows and columns that are read from the file at a time, to be shown
-SHARE = 0.5  # of the memory that is free: what results may take
-GIGA = 1e9
+
+
+class IntoFileVerbs(Workspace):
+    """The verb of a session that restores a photo into a file."""
+
+    def restore_into(
+        self, path: Path | str, method: Deconvolver | None = None, *, overwrite: bool = False
+    ) -> ImageLayer:
+        """Restore the photo into a file, tile by tile, and show it from there.
+
+        For photos and stacks, dask arrays among them, whose results do not fit into memory.
+
+        Parameters
+        ----------
+        path : Path
+            A BigTIFF of tiles (``.tif``) or a folder of zarr (``.zarr``); it appears under this
+            name when it is complete.
+        method : Deconvolver, optional
+            By default :class:`~napari_crfdeblur.deconvolution.LocalShrinkage`.
+        overwrite : bool
+            Whether a file that is there already is replaced.
+
+        Raises
+        ------
+        CrfDeblurError
+            The file is there, or cannot be written.
+        """
+        return self.do(restoring_into(self, path, method, overwrite=overwrite))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Written:
+    """What is in the file, read there, and what tells it and the photo from others."""
+
+    lazy: Any
+    photo: Pixels
+    result: Pixels
 
 
 def restoring_into(
@@ -38,52 +73,44 @@ def restoring_into(
     method: Deconvolver | None = None,
     *,
     overwrite: bool = False,
-) -> Step[Any, ImageLayer]:
-    """Step of :meth:`Session.restore_into`."""
+) -> Step[Written, ImageLayer]:
+    """Step of :meth:`IntoFileVerbs.restore_into`."""
     photo, source = session.source()
     fitted, blur = session.required_response(), session.required_blur()
     target = Path(path).absolute()
-    check_fit(blur, source)
+    check_fit(blur, source.shape, source.name)
     check_target(target)
     if file_of(photo) is not None and Path(str(file_of(photo))).resolve() == target.resolve():
         raise CrfDeblurError(f"{target}: is the photo itself; give another name")
     if target.exists() and not overwrite:
         raise CrfDeblurError(f"{target}: is there already; give another name")
-    action = Action.of("restore_into", path=str(target), method=method)
     used = method or DEFAULT_METHOD
+    way = way_of(session.state, fitted, used)
 
     @at_once
-    def finish(stored: Any) -> ImageLayer:
-        state = session.state_of(photo).after(action)
-        layer = outputs.photo_layer(session, photo, stored, source.whole, state)
-        session.commit(photo, replace(state, restored=layer))
+    def finish(written: Written) -> ImageLayer:
+        state = session.state_of(photo)
+        record = record_of(
+            source,
+            way,
+            Stage.REAPPLY,
+            photo=written.photo,
+            result=written.result,
+            tiled=True,
+        )
+        layer = outputs.photo_layer(session, photo, written.lazy, source.whole, state, record)
+        session.commit(photo, replace(state, restored=layer, record=record))
         session.say(f"wrote {target}")
         return layer
 
-    return Step("restoring into a file", _into(source, fitted.curve, blur, used, target), finish)
-
-
-def check_room(source: Source, region: Region) -> None:
-    """Refuse what would take more than half of the free memory.
-
-    Raises
-    ------
-    CrfDeblurError
-        The three layers of the result: two of float32, and one like the photo.
-    """
-    values = prod(axis.stop - axis.start for axis in region) * (3 if source.rgb else 1)
-    needed, free = values * (8 + source.dtype.itemsize), psutil.virtual_memory().available
-    if needed > SHARE * free:
-        raise CrfDeblurError(
-            f"the results would take {needed / GIGA:.1f} GB of memory, of which {free / GIGA:.1f} "
-            "are free: restore into a file, or a part of the photo"
-        )
+    job = _into(source, fitted.curve, blur, used, target)
+    return Step("restoring into a file", job, finish)
 
 
 def _into(
-    source: Source, curve: Response, blur: Blur, method: Deconvolver, target: Path
-) -> "Job[Array]":
-    """Long job: everything restored and written; returns what is in the file, to be read there."""
+    source: PhotoStack, curve: Response, blur: Blur, method: Deconvolver, target: Path
+) -> "Job[Written]":
+    """Long job: everything restored and written, to be read from the file."""
     import dask.array as da
 
     yield Progress("measuring the photo", 0, 1)
@@ -91,10 +118,13 @@ def _into(
     if source.white is not None:
         lazy = da.map_blocks(source.recorded, lazy, dtype=source.dtype)
     yield from storing(lazy, target)
-    return in_file(target, source.rgb)
+    stored = in_file(target, source.rgb)
+    photo = yield from identifying(source)
+    result = yield from identifying(PhotoStack(stored, source.rgb, name=source.name))
+    return Written(stored, photo, result)
 
 
-def _in_unit(source: Source) -> Any:
+def _in_unit(source: PhotoStack) -> Any:
     """The pixels as :func:`~.restore_large` takes them; with a white level, lazily in [0, 1]."""
     if source.white is None:
         return source.data

@@ -5,27 +5,37 @@ from weakref import WeakValueDictionary
 from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 
-from .drawing import EdgeDrawing
-from .pixels import unwrapped
-from .verbs import (
-    BlurVerbs,
-    EdgeVerbs,
-    OtherPhotosVerbs,
-    RecordVerbs,
-    ResponseVerbs,
-    RestoreVerbs,
-)
+from ..drawing import DrawingVerbs, EdgeDrawing
+from ..pixels import unwrapped
+from .batch import BatchVerbs
+from .blur import BlurVerbs
+from .export import ExportVerbs
+from .into_file import IntoFileVerbs
+from .record import RecordVerbs
+from .response import ResponseVerbs
+from .restore import RestoreVerbs
+from .whole import WholeVerbs
 
 _SESSIONS: WeakValueDictionary[int, "Session"] = WeakValueDictionary()
 
 
-class Session(EdgeVerbs, ResponseVerbs, BlurVerbs, RestoreVerbs, OtherPhotosVerbs, RecordVerbs):
+class Session(
+    DrawingVerbs,
+    ResponseVerbs,
+    BlurVerbs,
+    RestoreVerbs,
+    WholeVerbs,
+    IntoFileVerbs,
+    BatchVerbs,
+    RecordVerbs,
+    ExportVerbs,
+):
     """The path from a blurred photo to a sharp one, on the layers of a viewer.
 
     Every stage is a verb that does its work at once and shows the result as layers. The
-    function of the same name in :mod:`~.steps` (``detecting_edges`` for ``detect_edges``)
-    gives the same work as a :class:`~.steps.Step`, to be run elsewhere: the widgets run it in
-    a thread. So widgets and scripts do the same.
+    function beside it (``detecting_edges`` beside ``detect_edges``) gives the same work as a
+    :class:`~.step.Step`, to be run elsewhere: the widgets run it in a thread. So widgets and
+    scripts do the same.
 
     Parameters
     ----------
@@ -48,7 +58,7 @@ class Session(EdgeVerbs, ResponseVerbs, BlurVerbs, RestoreVerbs, OtherPhotosVerb
     progressed : Signal
         Emitted with the :class:`~napari_crfdeblur.progress.Progress` of a verb.
     said : Signal
-        Emitted with each :class:`~.steps.Message` to the user.
+        Emitted with each :class:`~.step.Message` to the user.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Steps on many photos: the response and PSF of the session, applied to layers or files."""
+"""Verbs that restore other photos, layers or files, with what is known of this one."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -6,20 +6,21 @@ from pathlib import Path
 
 from napari.layers import Image as ImageLayer
 
-from ..._typing import Image
 from ...batch import Batch, Fate, deblurring_files
 from ...deconvolution import Deconvolver
-from ...errors import CrfDeblurError
-from ...estimate import GivenResponse
-from ...pipeline import DEFAULT_METHOD, DeblurOptions
+from ...errors import REFUSALS, CrfDeblurError, in_words
+from ...estimate import PerChannel, Responses
+from ...pipeline import DEFAULT_METHOD, DeblurOptions, PhotoStack, Stage
+from ...pipeline.blur import Blur, axes_of
+from ...pipeline.intermediates import PLANE, made
 from ...progress import Job, Progress
 from ...psf import GivenPsf, PsfField
-from ...response import Response, ResponseCurve
-from .. import jobs, outputs
-from ..blurs import PLANE, Blur, axes_of
-from ..pixels import Source, source_of, unwrapped
-from ..step import Effects, Level, Step, at_once
-from ..workspace import Workspace
+from .. import outputs
+from ..pixels import source_of, unwrapped
+from .restore import Product, making
+from .step import Effects, Level, Step, at_once
+from .way import record_of, way_of
+from .workspace import Workspace
 
 ONE_PSF = (
     "files are deblurred with one PSF of rows and columns: estimate or choose one for the whole "
@@ -55,11 +56,48 @@ class BatchResult:
         return "; ".join([counted, *before, *reasons])
 
 
+class BatchVerbs(Workspace):
+    """Verbs of a session that restore other photos with what is known of this one."""
+
+    def restore_layers(
+        self, photos: Sequence[ImageLayer], method: Deconvolver | None = None
+    ) -> BatchResult:
+        """Restore other photos with the response and the PSF of this one, as layers.
+
+        Parameters
+        ----------
+        photos : sequence of napari.layers.Image
+            Photos and stacks of the same camera with the same blur.
+        method : Deconvolver, optional
+            As in :meth:`deconvolve`.
+        """
+        return self.do(restoring_layers(self, photos, method))
+
+    def restore_files(
+        self,
+        paths: Sequence[Path | str],
+        folder: Path | str,
+        method: Deconvolver | None = None,
+    ) -> BatchResult:
+        """Restore files with the response and the PSF of this photo.
+
+        Parameters
+        ----------
+        paths : sequence of Path
+            Photos of the same camera with the same blur; a bad one is passed over.
+        folder : Path
+            Where ``NAME-deblurred`` files are written; made if it is missing.
+        method : Deconvolver, optional
+            As in :meth:`deconvolve`.
+        """
+        return self.do(restoring_files(self, paths, folder, method))
+
+
 def restoring_layers(
     session: Workspace, photos: Sequence[ImageLayer], method: Deconvolver | None = None
-) -> Step[dict[int, Image | str], BatchResult]:
-    """Step of :meth:`Session.restore_layers`."""
-    curve, blur, used = _tools(session, method)
+) -> Step[dict[int, Product | str], BatchResult]:
+    """Step of :meth:`BatchVerbs.restore_layers`."""
+    blur, used = session.required_blur(), method or DEFAULT_METHOD
     chosen = [unwrapped(photo) for photo in photos]
     if not chosen:
         raise CrfDeblurError("no photo is chosen: choose one or more image layers")
@@ -67,21 +105,27 @@ def restoring_layers(
     fitted, estimate = session.required_response(), session.required_psf()
     parts = session.state.field
 
-    def finish(found: dict[int, Image | str]) -> Effects[BatchResult]:
+    def finish(found: dict[int, Product | str]) -> Effects[BatchResult]:
         result = BatchResult({}, {})
-        for number, made in found.items():
-            photo = chosen[number]
-            if isinstance(made, str):
-                result.failed[photo.name] = made
+        for number, product in found.items():
+            photo, source = chosen[number], sources[number]
+            if isinstance(product, str):
+                result.failed[photo.name] = product
                 continue
             state = session.state_of(photo).with_tools(fitted, estimate, parts)
-            whole = sources[number].whole
-            result.done[photo.name] = outputs.photo_layer(session, photo, made, whole, state)
+            way = way_of(state, method=used)
+            record = record_of(
+                source, way, Stage.REAPPLY, photo=product.photo, result=product.result
+            )
+            pixels = made(product.restored.photo, "a result")
+            result.done[photo.name] = outputs.photo_layer(
+                session, photo, pixels, source.whole, state, record
+            )
             yield
         session.say(result.sentence, Level.ERROR if result.failed else Level.INFO)
         return result
 
-    job = _each_layer(sources, curve, blur, used)
+    job = _each_layer(sources, fitted.responses, blur, DeblurOptions(method=used))
     return Step(f"deblurring {len(chosen)} layers", job, finish)
 
 
@@ -91,8 +135,8 @@ def restoring_files(
     folder: Path | str,
     method: Deconvolver | None = None,
 ) -> Step[BatchResult, BatchResult]:
-    """Step of :meth:`Session.restore_files`."""
-    curve, blur, used = _tools(session, method)
+    """Step of :meth:`BatchVerbs.restore_files`."""
+    blur, used = session.required_blur(), method or DEFAULT_METHOD
     if isinstance(blur, PsfField) or axes_of(blur) != PLANE:
         raise CrfDeblurError(ONE_PSF)
     files = [Path(path) for path in paths]
@@ -104,31 +148,23 @@ def restoring_files(
         session.say(result.sentence, Level.ERROR if result.failed else Level.INFO)
         return result
 
-    curves = [curve] if isinstance(curve, ResponseCurve) else curve
-    fits = [GivenResponse(each) for each in curves]
-    response = fits[0] if len(fits) == 1 else fits
+    response = PerChannel.given([own.curve for own in session.required_response().estimates])
     options = DeblurOptions(response=response, psf=GivenPsf(blur), method=used)
     job = _each_file(Batch(files, Path(folder), options))
     return Step(f"deblurring {len(files)} files", job, finish)
 
 
-def _tools(session: Workspace, method: Deconvolver | None) -> tuple[Response, Blur, Deconvolver]:
-    used = method or DEFAULT_METHOD
-    return session.required_response().curve, session.required_blur(), used
-
-
 def _each_layer(
-    sources: Sequence[Source], curve: Response, blur: Blur, method: Deconvolver
-) -> Job[dict[int, Image | str]]:
-    """Long job: restored pixels by number, or why there are none."""
-    found: dict[int, Image | str] = {}
+    sources: Sequence[PhotoStack], response: Responses, blur: Blur, options: DeblurOptions
+) -> Job[dict[int, Product | str]]:
+    """Long job: what was made by number, or why there are none."""
+    found: dict[int, Product | str] = {}
     for number, source in enumerate(sources):
         yield Progress(source.name, number, len(sources))
         try:
-            made = yield from jobs.restoring(source, source.whole, curve, blur, method)
-            found[number] = made.photo
-        except CrfDeblurError as error:
-            found[number] = str(error)
+            found[number] = yield from making(source, source.whole, response, blur, options)
+        except REFUSALS as error:
+            found[number] = in_words(error)
     return found
 
 

@@ -10,14 +10,15 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from psygnal import Signal
 
-from ..errors import CrfDeblurError
-from ..estimate import ResponseStatus
-from ..progress import Progress, drain
-from ..psf import PsfEstimate, PsfField, PsfStatus
-from .blurs import Blur
-from .pixels import Region, Source, source_of, unwrapped
-from .provenance import KEY, provenance
-from .regions import Span, plane_at, region_of, shown_plane
+from ...errors import CrfDeblurError
+from ...estimate import ResponseStatus
+from ...pipeline import PhotoStack
+from ...pipeline.blur import Blur
+from ...pipeline.stack import Region
+from ...progress import Progress, drain
+from ...psf import PsfEstimate, PsfField, PsfStatus
+from ..pixels import KEY, source_of, unwrapped
+from ..regions import Span, plane_at, region_of, shown_plane
 from .state import EdgeSet, Fitted, State
 from .step import Level, Message, Step, apply
 
@@ -95,7 +96,10 @@ class Workspace:
 
     @white.setter
     def white(self, value: float | None) -> None:
-        photo = self._required_photo()
+        self.set_white(self._required_photo(), value)
+
+    def set_white(self, photo: ImageLayer, value: float | None) -> None:
+        """Say which value of a photo stands for intensity 1; None for its full scale."""
         source_of(photo, white=1.0 if value is None else value)
         if value is None:
             self._whites.pop(photo, None)
@@ -126,12 +130,7 @@ class Workspace:
         """Run a step here and now, its progress on :attr:`progressed`."""
         return apply(step.finish(drain(step.job, self.progressed.emit)))
 
-    def record(self) -> dict[str, Any]:
-        """All that was done on the photo and what came out, JSON-safe."""
-        photo = self._required_photo()
-        return provenance(photo, "session", self.state, self.white)
-
-    def source(self) -> tuple[ImageLayer, Source]:
+    def source(self) -> tuple[ImageLayer, PhotoStack]:
         """The photo and its pixels, as they are now."""
         photo = self._required_photo()
         return photo, source_of(photo, self.white)
@@ -190,6 +189,8 @@ class Workspace:
         before = self.state_of(photo)
         if state.fitted is not before.fitted and state.live is before.live:
             state = replace(state, live=None)  # it followed from another response
+        if state.record is before.record and state.found != before.found:
+            state = replace(state, record=None)  # it speaks of what was before
         self._states[photo] = state
         if photo is not self._photo:
             return

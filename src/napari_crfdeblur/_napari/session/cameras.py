@@ -7,8 +7,8 @@ from ...errors import CrfDeblurError
 from ...io import CameraKey, keep_estimate
 from ...progress import Job, Progress
 from ..cameras import CameraFolder, check_kept, file_of, looking_up
-from ..step import Step, at_once
-from ..workspace import Workspace
+from .step import Step, at_once
+from .workspace import Workspace
 
 
 def looking_up_cameras(

@@ -2,23 +2,22 @@
 
 import dataclasses
 from dataclasses import dataclass, replace
-from typing import Any
 
 from napari.layers import Image as ImageLayer
 
-from ..edges import Edge
-from ..estimate import Finding, ResponseEstimate
-from ..estimate.likelihood import LiveFit
-from ..pipeline import joint_curve
-from ..profiles import ProfileGroup
-from ..psf import PsfEstimate, PsfField
-from ..response import Response
-from .blurs import Blur
-from .pixels import Region
+from ...edges import Edge
+from ...estimate import Finding, PerChannel, ResponseEstimate, ResponseFit, Responses
+from ...estimate.base import Following
+from ...pipeline import DeblurOptions, Drawn, Intermediates
+from ...pipeline.blur import Blur
+from ...pipeline.record import Record
+from ...pipeline.stack import Region
+from ...profiles import ProfileGroup
+from ...psf import PsfEstimate, PsfEstimator, PsfField
+from ...response import Response, ResponseCurve
 
 UNDO_DEPTH = 50
 MOST_DOUBTS = 2  # shown; the others in a tooltip
-REPLACED = {"set_edges", "set_response", "set_psf"}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -35,12 +34,18 @@ class EdgeSet:
         Width in pixels of the blurred edges that was reckoned with.
     plane : tuple of slice
         Where in the stack they lie; all rows and columns.
+    drawn : tuple of Edge, Line or Rectangle, optional
+        What they were made of; None if they were found automatically.
+    asked : float, optional
+        Extent that was asked for; None if it was judged from the photo.
     """
 
     edges: tuple[Edge, ...]
     groups: tuple[ProfileGroup, ...]
     extent: float
     plane: Region
+    drawn: tuple[Drawn, ...] | None = None
+    asked: float | None = None
 
     @property
     def group_numbers(self) -> tuple[int, ...]:
@@ -76,19 +81,38 @@ class Fitted:
         Profiles that went into it; empty if it was given.
     edges : EdgeSet or None
         Edges of the photo at that time; None if it was given.
-    fits : tuple of LiveFit
+    fits : tuple of Following
         What it takes to follow the edges from here, for each estimate; empty if it cannot.
+    method : ResponseFit, optional
+        How it was found; None if it was given.
+    others : tuple of str
+        Names of further photos from which it was found.
     """
 
     estimates: tuple[ResponseEstimate, ...]
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
-    fits: tuple[LiveFit, ...] = dataclasses.field(default=(), repr=False)
+    fits: tuple[Following, ...] = dataclasses.field(default=(), repr=False)
+    method: ResponseFit | None = None
+    others: tuple[str, ...] = ()
+
+    @property
+    def responses(self) -> Responses:
+        """The estimates as the path takes them."""
+        return Responses(self.estimates, self.fits)
 
     @property
     def curve(self) -> Response:
         """The curve of all channels, or the curves of each."""
-        return joint_curve(self.estimates)
+        return self.responses.curve
+
+    @property
+    def way(self) -> ResponseFit:
+        """How it can be found again: from the edges of this photo, or else as it is."""
+        if self.method is not None and not self.others:
+            return self.method
+        curves: list[ResponseCurve] = [estimate.curve for estimate in self.estimates]
+        return PerChannel.given(curves)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -102,6 +126,30 @@ class Fitted:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Sought:
+    """How a PSF was found.
+
+    Parameters
+    ----------
+    method : PsfEstimator
+    fitted : Fitted
+        The response with which it was looked for.
+    edges : EdgeSet or None
+        The edges at that time.
+    plane : tuple of slice
+        The slice in which it was looked for; all rows and columns.
+    regions : int or (int, int), optional
+        Parts that got a PSF each.
+    """
+
+    method: PsfEstimator
+    fitted: Fitted
+    edges: EdgeSet | None
+    plane: Region
+    regions: int | tuple[int, int] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Linear:
     """A layer in linear light, and the response that made it so."""
 
@@ -112,36 +160,11 @@ class Linear:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sharp:
-    """A deconvolved layer in linear light, and the linear layer that it was made of."""
+    """A deconvolved layer in linear light, what it was made of, and how in all."""
 
     layer: ImageLayer
     linear: Linear
-
-
-def _left_out(value: Any) -> bool:
-    return value is None or value is False or (isinstance(value, tuple) and not value)
-
-
-@dataclass(frozen=True, slots=True)
-class Action:
-    """A step that was done, so that it can be stored, shown as a script and repeated.
-
-    Parameters
-    ----------
-    verb : str
-        Name of the session's method.
-    arguments : dict
-        By name; only those that differ from the defaults.
-    """
-
-    verb: str
-    arguments: dict[str, Any] = dataclasses.field(default_factory=dict)
-
-    @classmethod
-    def of(cls, verb: str, **arguments: Any) -> "Action":
-        """An action without the arguments that were left at None, False or nothing."""
-        given = {k: v for k, v in arguments.items() if not _left_out(v)}
-        return cls(verb, given)
+    record: Record
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -152,10 +175,16 @@ class State:
     ----------
     psf : PsfEstimate or None
         That of the whole photo.
+    sought : Sought or None
+        How it was found; None if it was given or edited.
     field : PsfField or None
         Those of its parts, if they differ; `psf` is then not used to restore it.
     live : Fitted or None
         The response that follows the edges while they change, to be looked at; no step uses it.
+    by_hand : bool
+        Whether the edges were changed by hand last: drawn, deleted, undone.
+    record : Record or None
+        How the restored photo was made, while nothing has changed since.
     """
 
     edges: EdgeSet | None = None
@@ -164,11 +193,18 @@ class State:
     linear: Linear | None = None
     sharp: Sharp | None = None
     restored: ImageLayer | None = None
-    actions: tuple[Action, ...] = ()
     undo: tuple[EdgeSet | None, ...] = ()
     redo: tuple[EdgeSet | None, ...] = ()
     live: Fitted | None = None
     field: PsfField | None = None
+    sought: Sought | None = None
+    by_hand: bool = False
+    record: Record | None = None
+
+    @property
+    def found(self) -> tuple[object, ...]:
+        """What a restored photo rests on."""
+        return self.edges, self.fitted, self.psf, self.field
 
     @property
     def blur(self) -> Blur | None:
@@ -181,45 +217,44 @@ class State:
         """The response to look at: the one that follows the edges, or the one in force."""
         return self.live or self.fitted
 
-    def after(self, *actions: Action, **changes: Any) -> "State":
-        """The state after some actions; of edges and curves set one after the other, the last."""
-        done = list(self.actions)
-        for action in actions:
-            if done and done[-1].verb == action.verb and action.verb in REPLACED:
-                done.pop()
-            done.append(action)
-        return replace(self, actions=tuple(done), **changes)
-
-    def with_edges(self, edges: EdgeSet | None) -> "State":
+    def with_edges(self, edges: EdgeSet | None, *, by_hand: bool = False) -> "State":
         """The state with other edges; those before can be had again by undo."""
-        return replace(self, edges=edges, undo=(*self.undo, self.edges)[-UNDO_DEPTH:], redo=())
+        undo = (*self.undo, self.edges)[-UNDO_DEPTH:]
+        return replace(self, edges=edges, undo=undo, redo=(), by_hand=by_hand)
 
     def with_tools(
         self, fitted: Fitted, psf: PsfEstimate, parts: PsfField | None = None
     ) -> "State":
         """The state as if the response and the PSF of another photo were given for this one."""
-        curves = tuple(estimate.curve for estimate in fitted.estimates)
-        return self.after(
-            Action.of("set_response", curve=curves[0] if len(curves) == 1 else curves),
-            Action.of("set_psf", psf=psf.psf, field=parts),
-            Action.of("linearize"),
-            Action.of("deconvolve"),
-            Action.of("reapply"),
-            fitted=fitted,
-            psf=psf,
-            field=parts,
-        )
+        known = Fitted(fitted.estimates)
+        return replace(self, fitted=known, psf=psf, field=parts, sought=None)
 
     def undone(self) -> "State | None":
         """The state before the last change of the edges; None if there was none."""
         if not self.undo:
             return None
         *undo, edges = self.undo
-        return replace(self, edges=edges, undo=tuple(undo), redo=(*self.redo, self.edges))
+        return replace(
+            self, edges=edges, undo=tuple(undo), redo=(*self.redo, self.edges), by_hand=True
+        )
 
     def redone(self) -> "State | None":
         """The state before the last undo; None if there was none."""
         if not self.redo:
             return None
         *redo, edges = self.redo
-        return replace(self, edges=edges, undo=(*self.undo, self.edges), redo=tuple(redo))
+        return replace(
+            self, edges=edges, undo=(*self.undo, self.edges), redo=tuple(redo), by_hand=True
+        )
+
+
+def edge_set(have: Intermediates, plane: Region, options: DeblurOptions) -> EdgeSet:
+    """The edges that the path has found or refined in a plane, with their profiles."""
+    return EdgeSet(
+        have.edges or (),
+        have.groups or (),
+        have.extent or options.blur_extent or 0.0,
+        plane,
+        options.edges,
+        options.blur_extent,
+    )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, TypeAlias, TypeVar
 
-from ..progress import Job
+from ...progress import Job
 
 T = TypeVar("T")
 R = TypeVar("R")

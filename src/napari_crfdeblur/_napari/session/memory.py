@@ -1,0 +1,29 @@
+"""Whether the results of a step fit into memory."""
+
+from math import prod
+
+import psutil  # type: ignore[import-untyped]
+
+from ...errors import CrfDeblurError
+from ...pipeline import PhotoStack
+from ...pipeline.stack import Region
+
+SHARE = 0.5  # of the memory that is free: what results may take
+GIGA = 1e9
+
+
+def check_room(source: PhotoStack, region: Region) -> None:
+    """Refuse what would take more than half of the free memory.
+
+    Raises
+    ------
+    CrfDeblurError
+        The three layers of the result: two of float32, and one like the photo.
+    """
+    values = prod(axis.stop - axis.start for axis in region) * (3 if source.rgb else 1)
+    needed, free = values * (8 + source.dtype.itemsize), psutil.virtual_memory().available
+    if needed > SHARE * free:
+        raise CrfDeblurError(
+            f"the results would take {needed / GIGA:.1f} GB of memory, of which {free / GIGA:.1f} "
+            "are free: restore into a file, or a part of the photo"
+        )

@@ -1,0 +1,141 @@
+"""What was done with a photo: enough to do it again, and to say whether the same comes out."""
+
+import hashlib
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from importlib.metadata import version
+from typing import Any
+
+import numpy as np
+
+from .._typing import Image
+from .._version import __version__
+from ..errors import CrfDeblurError
+from ..progress import Job, Progress
+from .options import DeblurOptions
+from .path import Stage
+from .stack import PhotoStack, planes_of
+
+PACKAGE = "napari-crfdeblur"
+LIBRARIES = ("numpy", "scipy", "scikit-image")  # on which the numbers depend
+
+
+@dataclass(frozen=True, slots=True)
+class Pixels:
+    """What tells one picture or stack from another.
+
+    Parameters
+    ----------
+    name : str
+        Of its file or layer, for the reader alone.
+    digest : str
+        SHA-256 of the values, slice by slice, little-endian.
+    shape : tuple of int
+        Colors included.
+    kind : str
+        Of number, such as ``uint8``.
+    """
+
+    name: str
+    digest: str
+    shape: tuple[int, ...]
+    kind: str
+
+    def same_as(self, other: "Pixels") -> bool:
+        """Whether both have the same values, whatever they are called."""
+        return (self.digest, self.shape, self.kind) == (other.digest, other.shape, other.kind)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """What was done with a photo. It names no file, neither to be read nor to be written.
+
+    Parameters
+    ----------
+    photo : Pixels
+        What went in.
+    options : DeblurOptions
+        How: all that was chosen by the user, in full.
+    until : Stage
+        How far.
+    plane : tuple of int
+        Slice of a stack in which response and PSF were found: its index over all axes but
+        rows and columns.
+    region : tuple of (int, int), optional
+        Start and stop of each axis of what was restored; all of it by default.
+    white : float, optional
+        Value that stands for intensity 1, if it is not the full scale.
+    tiled : bool
+        Whether the blur was undone in tiles, which differ a little from the whole.
+    chosen : dict of str to object
+        What was chosen automatically, by the name of the option, to be read.
+    versions : dict of str to str
+        Of this package and of those on which the numbers depend.
+    result : Pixels, optional
+        What came out.
+    """
+
+    photo: Pixels
+    options: DeblurOptions
+    until: Stage = Stage.REAPPLY
+    plane: tuple[int, ...] = ()
+    region: tuple[tuple[int, int], ...] | None = None
+    white: float | None = None
+    tiled: bool = False
+    chosen: dict[str, Any] = field(default_factory=dict)
+    versions: dict[str, str] = field(default_factory=lambda: versions())
+    result: Pixels | None = None
+
+    def check_fits(self, stack: PhotoStack) -> None:
+        """Refuse a photo on which this cannot be done again.
+
+        Raises
+        ------
+        CrfDeblurError
+            Other axes, or too few slices, rows or columns.
+        """
+        spans = self.region or ()
+        stops = [*(index + 1 for index in self.plane)] + [0] * (2 if self.plane else 0)
+        for wanted in (stops, [stop for _, stop in spans]):
+            if wanted and len(wanted) != len(stack.shape):
+                raise CrfDeblurError(
+                    f"the record is of a photo with {len(wanted)} axes, but this one has "
+                    f"{len(stack.shape)}; give one like it"
+                )
+            if any(need > side for need, side in zip(wanted, stack.shape, strict=False)):
+                raise CrfDeblurError(
+                    "the record is of a part that this photo does not have; give a larger one"
+                )
+
+
+def versions() -> dict[str, str]:
+    """Of this package and of those on which the numbers depend."""
+    return {PACKAGE: __version__} | {name: version(name) for name in LIBRARIES}
+
+
+def identifying(stack: PhotoStack) -> Job[Pixels]:
+    """Long job: what tells a photo or a stack from others; read slice by slice."""
+    digest = hashlib.sha256()
+    parts = list(planes_of(stack.whole))
+    for done, plane in enumerate(parts):
+        yield Progress("checksum", done, len(parts))
+        for rows in _bands(plane[-2]):
+            digest.update(_bytes(np.asarray(stack.data[(*plane[:-2], rows, plane[-1])])))
+    shape = tuple(int(side) for side in stack.data.shape)
+    return Pixels(stack.name, digest.hexdigest(), shape, stack.dtype.name)
+
+
+def pixels_of(name: str, pixels: Image) -> Pixels:
+    """What tells an array from others."""
+    digest = hashlib.sha256(_bytes(pixels)).hexdigest()
+    return Pixels(name, digest, tuple(pixels.shape), pixels.dtype.name)
+
+
+def _bands(rows: slice) -> Iterable[slice]:
+    """Rows that are read at a time, so that a large photo need not fit into memory."""
+    return (slice(i, min(i + 256, rows.stop)) for i in range(rows.start, rows.stop, 256))
+
+
+def _bytes(pixels: Image) -> memoryview:
+    little = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder("<"))
+    return memoryview(little).cast("B")
