@@ -13,7 +13,7 @@ from qtpy.QtWidgets import QApplication
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import BatchDock
 from napari_crfdeblur._napari.docks import batch as batch_module
-from napari_crfdeblur._napari.steps import EXPORTS
+from napari_crfdeblur._napari.session.export import EXPORTS
 from napari_crfdeblur.io import read_photo, write_photo
 from napari_crfdeblur.psf import line
 from napari_crfdeblur.response import Gamma

@@ -9,13 +9,14 @@ from napari.components import ViewerModel
 from scipy.signal import fftconvolve
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session, deblur
-from napari_crfdeblur._napari import jobs
-from napari_crfdeblur._napari.blurs import part_of
-from napari_crfdeblur._napari.step import Level
+from napari_crfdeblur._napari.session.restore import within
+from napari_crfdeblur._napari.session.step import Level
+from napari_crfdeblur._napari.session.way import way_of
 from napari_crfdeblur._typing import FloatArray, Image
 from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy, Wiener, deconvolve
 from napari_crfdeblur.deconvolution.varying import deconvolve_varying
-from napari_crfdeblur.estimate import GivenResponse
+from napari_crfdeblur.estimate import GivenResponse, given_responses
+from napari_crfdeblur.pipeline.blur import part_of
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, Poses, PsfField, PsfStatus, XuJia, disk, line
 from napari_crfdeblur.response import Gamma, Identity, clipped_pixels
@@ -163,10 +164,11 @@ def test_the_preview_has_the_psfs_of_what_is_seen(session: Session, turning: Psf
     session.set_psf(turning.at(149.5, 209.5), field=turning)
     whole = session.restore(Wiener(weight=0.01)).data.astype(float)
     _, source = session.source()
-    region, curve = (slice(20, 130), slice(250, 400)), Gamma(1.8)
-    seen = drain(jobs.previewing(source, region, curve, turning, Wiener(weight=0.01)))
+    region, response = (slice(20, 130), slice(250, 400)), given_responses(Gamma(1.8))
+    options = DeblurOptions(method=Wiener(weight=0.01))
+    seen = drain(within(source, region, response, turning, options))
     middle = turning.at(149.5, 209.5)
-    other = drain(jobs.previewing(source, region, curve, middle, Wiener(weight=0.01)))
+    other = drain(within(source, region, response, middle, options))
     error, without = (np.abs(x - whole[region]).mean() for x in (seen, other))
     assert error < 0.5 * without
 
@@ -181,8 +183,8 @@ def test_the_map_is_shown_kept_written_and_repeated(
     np.testing.assert_allclose(layer.data, turning.picture(), atol=1e-7)
     assert session.viewer.layers["street [PSF]"] is layer
     record = json.loads(json.dumps(layer.metadata[KEY]))
-    assert "field=PsfField(" in session.script()
-    assert "from napari_crfdeblur.psf import Poses, PsfField, PsfStatus" in session.script()
+    assert "parts=PsfField(" in session.script()
+    assert "from napari_crfdeblur.psf import GivenPsf, Poses, PsfField" in session.script()
     other = session_on(blurred.photo)
     other.repeat(record)
     np.testing.assert_array_equal(other.state.field.psfs, turning.psfs)
@@ -202,8 +204,10 @@ def test_the_psfs_of_parts_are_estimated_and_said(blurred: Simulated) -> None:
     assert session.state.field.shape == (300, 420)
     assert "PSFs of parts: 2 of 2 clearly determined" in said[-1].text
     assert said[-1].level is Level.INFO
-    assert session.state.actions[-1].arguments == {"method": XuJia(9), "regions": (1, 2)}
-    assert "session.estimate_psf(method=XuJia(size=9), regions=(1, 2))" in session.script()
+    options = way_of(session.state).options
+    assert (options.psf, options.regions) == (XuJia(9), (1, 2))
+    assert "psf=XuJia(size=9)" in session.script()
+    assert "regions=(1, 2)" in session.script()
 
 
 def test_most_parts_in_doubt_are_a_doubt(session: Session, turning: PsfField) -> None:
@@ -224,7 +228,7 @@ def test_all_in_one_divides_the_photo_too(blurred: Simulated) -> None:
     )
     layer = session.deblur(options)
     np.testing.assert_array_equal(layer.data, deblur(blurred.photo, options).photo)
-    assert session.state.actions[1].arguments["regions"] == (1, 2)
+    assert session.state.record.options.regions == (1, 2)
     np.testing.assert_allclose(
         session.viewer.layers["photo [PSF]"].data, session.state.field.picture(), atol=1e-7
     )
@@ -270,7 +274,7 @@ def test_every_slice_of_a_stack_gets_the_psfs_of_its_parts(
     assert layer.ndim == 2  # seen on all slices
     session.viewer.dims.set_current_step(0, 1)
     session.estimate_psf(XuJia(9), region=((1, 2), (0, 300), (0, 420)), regions=(1, 2))
-    assert session.state.actions[-1].arguments["region"] == ((1, 2), (0, 300), (0, 420))
+    assert session.state.sought.plane == (slice(1, 2), slice(0, 300), slice(0, 420))
 
 
 def test_a_known_motion_varies_as_the_psfs_say(turning: PsfField) -> None:

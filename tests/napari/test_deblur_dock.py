@@ -59,7 +59,7 @@ def test_a_cancelled_run_leaves_no_trace(qtbot: QtBot, dock: DeblurDock) -> None
     assert not dock.busy
     qtbot.wait(200)
     assert [layer.name for layer in dock.session.viewer.layers] == ["street"]
-    assert dock.session.state.actions == ()
+    assert dock.session.state.found == (None,) * 4
 
 
 def test_an_error_is_shown_and_nothing_has_changed(qtbot: QtBot) -> None:

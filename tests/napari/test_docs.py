@@ -20,7 +20,7 @@ LARGEST = 350_000  # bytes of a picture: a page of ten still loads fast
 
 # Public methods that steps and widgets need of a session, not what a script does with it.
 SERVING = {
-    *("do", "repeating", "source", "state_of", "white_of", "plane", "region"),
+    *("do", "set_white", "source", "state_of", "white_of", "plane", "region"),
     *("required_edges", "required_response", "required_pair", "required_psf", "required_blur"),
     *("commit", "say", "say_trust"),
 }

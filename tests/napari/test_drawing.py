@@ -15,9 +15,9 @@ from napari.utils.interactions import (
 from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
-from napari_crfdeblur._napari import steps
+from napari_crfdeblur._napari.session.edges import detecting_edges
+from napari_crfdeblur._napari.session.step import Message, apply
 from napari_crfdeblur._napari.shapes import points_in
-from napari_crfdeblur._napari.step import Message, apply
 from napari_crfdeblur.edges import EdgeStatus, Line
 from napari_crfdeblur.progress import drain
 
@@ -181,7 +181,7 @@ def test_what_is_found_while_the_mouse_draws_is_kept_with_what_it_draws(session:
 
 
 def test_a_line_drawn_while_edges_are_sought_is_kept(session: Session) -> None:
-    step = steps.detecting_edges(session, 12.0)
+    step = detecting_edges(session, 12.0)
     found = drain(step.job)
     Mouse(session.draw_edges()).drag(*LEVEL)
     drawn = session.state.edges.edges

@@ -18,12 +18,12 @@ from qtpy.QtWidgets import QApplication
 from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur import CrfDeblurError, Session
-from napari_crfdeblur._napari import steps
 from napari_crfdeblur._napari.docks import EdgesDock, following
 from napari_crfdeblur._napari.docks import edges as module
 from napari_crfdeblur._napari.docks.table import COLUMNS
 from napari_crfdeblur._napari.preferences import Preferences
-from napari_crfdeblur._napari.state import EdgeSet
+from napari_crfdeblur._napari.session.response import setting_response
+from napari_crfdeblur._napari.session.state import EdgeSet
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line
 from napari_crfdeblur.response import Gamma
 
@@ -242,9 +242,9 @@ class TestLiveEstimate:
         """Arguments of the estimates that were started."""
         calls: list[Any] = []
 
-        def keep(session: Session, **how: Any) -> Any:
-            calls.append(how)
-            return steps.setting_response(session, Gamma(2.0))
+        def keep(session: Session, method: Any, **how: Any) -> Any:
+            calls.append({"method": method, **how})
+            return setting_response(session, Gamma(2.0))
 
         monkeypatch.setattr(following, "estimating_response", keep)
         filled._again.value = True

@@ -10,8 +10,8 @@ from pytestqt.qtbot import QtBot
 from napari_crfdeblur import CrfDeblurError, Session
 from napari_crfdeblur._napari.docks import EdgesDock, ResponseDock, following
 from napari_crfdeblur._napari.docks.trust import EARLIER, FOLLOWS
-from napari_crfdeblur._napari.state import Fitted
-from napari_crfdeblur._napari.steps import estimating_response, following_edges
+from napari_crfdeblur._napari.session.response import estimating_response, following_edges
+from napari_crfdeblur._napari.session.state import Fitted
 from napari_crfdeblur.estimate import (
     Finding,
     MaximumLikelihood,
@@ -68,14 +68,14 @@ def test_a_deleted_edge_moves_the_curve_before_the_edges_are_there(paused: Edges
 
 def test_the_response_in_force_stays_until_the_pause(paused: EdgesDock) -> None:
     session = paused.session
-    before, actions = session.state.fitted, session.state.actions
+    before = session.state.fitted
     session.remove_edges([3])
     state = session.state
     assert state.fitted is before
     assert state.live is not None
     assert state.shown is state.live
     assert state.live.edges is state.edges
-    assert [a.verb for a in state.actions] == [a.verb for a in actions] + ["set_edges"]
+    assert state.by_hand
     assert paused._following.waits
     session.linearize()
     assert session.state.linear.fitted is before

@@ -1,5 +1,6 @@
 """Results larger than memory go into a file, and are shown from there."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,10 +13,12 @@ from pytestqt.qtbot import QtBot
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session
 from napari_crfdeblur._napari.docks import RestoreDock, restore
-from napari_crfdeblur._napari.steps import large, restoring_into
+from napari_crfdeblur._napari.session import memory
+from napari_crfdeblur._napari.session.into_file import restoring_into
 from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled, Wiener
-from napari_crfdeblur.io import write_photo
+from napari_crfdeblur.io import record_from, write_photo
 from napari_crfdeblur.large import restore_large
+from napari_crfdeblur.pipeline.record import pixels_of
 from napari_crfdeblur.psf import PsfField, PsfStatus, camera_shake, delta, line
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Simulated
@@ -48,7 +51,10 @@ def test_the_result_is_in_the_file_and_in_the_layer(
     # Tiles of a small photo are the whole; what is measured on a sample is alike.
     assert np.abs(expected.astype(float) - whole).mean() < 0.5
     assert session.state.restored is layer
-    assert layer.metadata[KEY]["actions"][-1]["verb"] == "restore_into"
+    record = record_from(layer.metadata[KEY], "the layer")
+    assert record.tiled
+    assert record.result == pixels_of("photo", expected)
+    assert record.photo == pixels_of("photo", photo)
     assert [path.name for path in tmp_path.iterdir()] == [f"out{suffix}"]
 
 
@@ -80,15 +86,20 @@ def test_nothing_is_overwritten_unless_it_is_wanted(tmp_path: Path, blurred: Sim
     assert session.state.restored is None
 
 
-def test_a_repeat_writes_no_file_twice(tmp_path: Path, blurred: Simulated) -> None:
+def test_a_record_of_tiles_names_no_file_and_writes_none(
+    tmp_path: Path, blurred: Simulated
+) -> None:
     session = known(blurred.photo[:60, :70])
     session.restore_into(tmp_path / "out.tif", METHOD)
-    assert "session.restore_into(path=" in session.script()
-    assert "write_photo" not in session.script()  # the result is in that file
-    assert 'session.save("photo-session.json")' in session.script()
+    assert str(tmp_path) not in json.dumps(session.record())
+    assert "out.tif" not in session.script()
+    assert "write_photo" not in session.script()  # tiles are not done again in memory
     other = known(blurred.photo[:80, :70])
-    with pytest.raises(CrfDeblurError, match="is there already"):
+    before = other.state
+    with pytest.raises(CrfDeblurError, match="done in tiles"):
         other.repeat(session.record())
+    assert other.state is before
+    assert [path.name for path in tmp_path.iterdir()] == ["out.tif"]
 
 
 def test_what_was_stopped_leaves_no_file_and_changes_nothing(
@@ -110,7 +121,7 @@ def test_what_fits_in_no_memory_is_refused_with_what_to_do(
     session = known(blurred.photo)
     needed = blurred.photo.size * 9
     memory = SimpleNamespace(available=2 * needed - 1)
-    monkeypatch.setattr(large.psutil, "virtual_memory", lambda: memory)
+    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: memory)
     before = session.state
     for attempt in (session.linearize, session.restore, session.compare_with, session.deblur):
         with pytest.raises(CrfDeblurError, match="restore into a file, or a part"):
@@ -139,7 +150,7 @@ def test_huge_stacks_are_not_touched_before_they_are_refused() -> None:
     source = session.source()[1]
     giant = type(source)(huge, False, None, "giant")
     with pytest.raises(CrfDeblurError, match=r"80000\.0 GB of memory"):
-        large.check_room(giant, giant.whole)
+        memory.check_room(giant, giant.whole)
 
 
 def test_parts_with_psfs_of_their_own_go_into_a_file(tmp_path: Path, blurred: Simulated) -> None:

@@ -1,5 +1,6 @@
 """What was done in the window comes back as a script that does the same without one."""
 
+import json
 import os
 import subprocess
 import sys
@@ -62,7 +63,8 @@ def test_the_script_gives_the_same_numbers_in_a_new_process(
     done = run(session.script(), tmp_path, str(tmp_path / "street.png"))
     assert done.returncode == 0, done.stderr
     np.testing.assert_array_equal(read_photo(tmp_path / "photo-deblurred.png"), pixels)
-    assert (tmp_path / "photo-session.json").exists()
+    assert "the result is the same, pixel by pixel" in done.stdout
+    assert (tmp_path / "photo-record.json").exists()
 
 
 @pytest.mark.usefixtures("plugin")
@@ -75,7 +77,7 @@ def test_a_photo_from_a_file_is_named_in_the_script(
     session.set_response(SRGB())
     session.set_psf(line(3, 0.0))
     session.restore()
-    assert repr(str(tmp_path / "street.png")) in session.script()
+    assert ascii(str(tmp_path / "street.png")) in session.script()
     done = run(session.script(), tmp_path)
     assert done.returncode == 0, done.stderr
     pixels = read_photo(tmp_path / "street-deblurred.png")
@@ -90,6 +92,7 @@ def test_a_stack_from_a_file_is_deblurred_slice_by_slice_by_the_script(
     slices = np.stack([red, green]).astype(np.uint16) * 200
     imwrite(tmp_path / "stack.tif", slices)
     (photo,) = viewer.open(tmp_path / "stack.tif", plugin="napari")
+    photo.scale, photo.units, photo.axis_labels = (3, 0.5, 0.25), ("um",) * 3, ("z", "y", "x")
     session = Session(viewer, photo)
     session.set_response(SRGB())
     session.set_psf(line(3, 0.0))
@@ -99,6 +102,10 @@ def test_a_stack_from_a_file_is_deblurred_slice_by_slice_by_the_script(
     np.testing.assert_array_equal(
         imread(tmp_path / "stack-deblurred.tif"), session.state.restored.data
     )
+    again = json.loads((tmp_path / "stack-record.json").read_text(encoding="utf-8"))["source"]
+    assert again["scale"] == [3, 0.5, 0.25]
+    assert again["units"] == [str(unit) for unit in photo.units]
+    assert again["axis_labels"] == ["z", "y", "x"]
 
 
 @pytest.mark.usefixtures("plugin")
@@ -110,8 +117,36 @@ def test_a_sample_is_opened_by_the_script(viewer: ViewerModel, tmp_path: Path) -
     session.restore()
     done = run(session.script(), tmp_path)
     assert done.returncode == 0, done.stderr
-    pixels = read_photo(tmp_path / "step_image-deblurred.png")
+    pixels = read_photo(tmp_path / "photo-deblurred.png")
     np.testing.assert_array_equal(pixels, session.state.restored.data)
+
+
+NASTY = [
+    'x"+str(__import__("os").mkdir("harm"))+"y.png',
+    """a'''b""" + '"""\nimport os; os.mkdir("harm")\n"""',
+    "line\nimport os; os.mkdir('harm')",
+    "{record}{0}%s\\",
+    "\x1b[31m\u202eevil\x00",
+    "caf\u00e9 \u2603",
+]
+
+
+@pytest.mark.parametrize("name", NASTY, ids=range(len(NASTY)))
+def test_a_name_is_text_in_the_script_and_never_code(
+    name: str, blurred: Simulated, tmp_path: Path
+) -> None:
+    viewer = ViewerModel()
+    session = Session(viewer, viewer.add_image(blurred.photo[:60, :70], name=name))
+    session.set_response(SRGB())
+    session.set_psf(line(3, 0.0))
+    session.restore(Wiener())
+    session.photo.axis_labels = (name, "x")
+    write_photo(tmp_path / "street.png", blurred.photo[:60, :70])
+    done = run(session.script(), tmp_path, str(tmp_path / "street.png"))
+    assert done.returncode == 0, done.stderr
+    assert "the result is the same, pixel by pixel" in done.stdout
+    names = {"again.py", "street.png", "photo-deblurred.png", "photo-record.json"}
+    assert {path.name for path in tmp_path.iterdir()} == names
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,9 @@ from napari.components import ViewerModel
 from napari.layers import Image
 
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session, deblur
-from napari_crfdeblur._napari.state import Fitted
-from napari_crfdeblur._napari.step import Level
+from napari_crfdeblur._napari.session.state import Fitted
+from napari_crfdeblur._napari.session.step import Level
+from napari_crfdeblur._napari.session.way import way_of
 from napari_crfdeblur.deconvolution import Wiener
 from napari_crfdeblur.edges import Edge, Line
 from napari_crfdeblur.estimate import (
@@ -22,20 +23,22 @@ from napari_crfdeblur.estimate import (
     RankMinimization,
     ResponseStatus,
 )
-from napari_crfdeblur.io import to_record, write_edges, write_photo, write_psf, write_responses
+from napari_crfdeblur.io import (
+    record_from,
+    to_record,
+    write_edges,
+    write_photo,
+    write_psf,
+    write_responses,
+)
+from napari_crfdeblur.pipeline import DEFAULT_METHOD, Stage
+from napari_crfdeblur.pipeline.record import pixels_of
 from napari_crfdeblur.psf import GivenPsf, RadonFit, delta, line
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 from napari_crfdeblur.simulate import Simulated
 
-VERBS = (
-    "detect_edges",
-    "estimate_response",
-    "linearize",
-    "estimate_psf",
-    "deconvolve",
-    "reapply",
-)
 KEY = "napari-crfdeblur"
+STEPS = ("detect_edges", "estimate_response", "linearize", "estimate_psf", "deconvolve", "reapply")
 
 
 def given(session: Session) -> Session:
@@ -67,8 +70,9 @@ def test_the_layers_are_named_after_the_photo(done: Session) -> None:
 
 def test_all_in_one_is_the_steps_one_by_one(done: Session, deblurred: Session) -> None:
     np.testing.assert_array_equal(deblurred.state.restored.data, done.state.restored.data)
-    assert {a.verb for a in deblurred.state.actions} == set(VERBS)
-    assert all(action.arguments == {} for action in deblurred.state.actions)
+    ways = [to_record(session.state.record.options) for session in (done, deblurred)]
+    assert ways[0] == ways[1]
+    assert done.state.record.result.same_as(deblurred.state.record.result)
     names = {layer.name for layer in deblurred.viewer.layers}
     assert names == {layer.name for layer in done.viewer.layers}
 
@@ -78,7 +82,8 @@ def test_all_in_one_takes_what_is_known(session: Session, blurred: Simulated) ->
     layer = session.deblur(options)
     np.testing.assert_array_equal(layer.data, deblur(blurred.photo, options).photo)
     assert session.state.edges is None
-    assert [a.verb for a in session.state.actions][:2] == ["set_response", "set_psf"]
+    used = replace(options, method=DEFAULT_METHOD)
+    assert to_record(session.state.record.options) == to_record(used)
 
 
 def test_all_in_one_uses_the_edges_that_are_there(edged: Session) -> None:
@@ -95,9 +100,8 @@ def test_a_psf_from_edges_alone_is_recorded_and_repeated(
     edged.set_response(Gamma(1.8))
     found = edged.estimate_psf(RadonFit(size=13))
     assert {"orientations", "gap"} <= set(found.diagnostics)
-    action = edged.state.actions[-1]
-    assert (action.verb, action.arguments) == ("estimate_psf", {"method": RadonFit(size=13)})
-    assert "session.estimate_psf(method=RadonFit(size=13))" in edged.script()
+    assert edged.state.sought.method == RadonFit(size=13)
+    assert "psf=RadonFit(size=13)" in edged.script()
     viewer = ViewerModel()
     other = Session(viewer, viewer.add_image(blurred.photo))
     other.repeat(json.loads(json.dumps(edged.record())))
@@ -119,9 +123,8 @@ def test_all_in_one_can_find_the_psf_from_edges_alone(session: Session, blurred:
     options = DeblurOptions(response=GivenResponse(Gamma(1.8)), psf=RadonFit(), method=Wiener())
     layer = session.deblur(options)
     np.testing.assert_array_equal(layer.data, deblur(blurred.photo, options).photo)
-    verbs = [action.verb for action in session.state.actions]
-    assert verbs[:3] == ["detect_edges", "set_response", "estimate_psf"]
-    assert session.state.actions[2].arguments == {"method": RadonFit()}
+    used = replace(options, method=Wiener())
+    assert to_record(session.state.record.options) == to_record(used)
 
 
 @pytest.mark.parametrize("items", [None, ()], ids=["not looked for", "none left"])
@@ -146,17 +149,20 @@ def test_the_input_is_never_changed(done: Session, blurred: Simulated) -> None:
 def test_provenance_is_json_and_tells_the_whole_way(done: Session) -> None:
     record = json.loads(json.dumps(done.state.restored.metadata[KEY], allow_nan=False))
     assert record["source"]["name"] == "street"
-    assert [action["verb"] for action in record["actions"]] == list(VERBS)
+    again = record_from(record, "the layer")
+    assert again.until is Stage.REAPPLY
+    assert again.photo == pixels_of("street", done.photo.data)
+    assert again.result == pixels_of("street", done.state.restored.data)
     assert len(record["edges"]["edges"]) == len(done.state.edges.edges)
     np.testing.assert_array_equal(record["psf"], done.state.psf.psf)
     estimate = done.state.fitted.estimates[0]
     assert record["response"]["channels"][0]["message"] == estimate.status.value
-    assert {"napari", "numpy", KEY} <= set(record["software"])
+    assert {"scipy", "numpy", KEY} <= set(again.versions)
 
 
 def test_provenance_of_the_linear_layer_ends_with_it(done: Session) -> None:
     record = done.state.linear.layer.metadata[KEY]
-    assert [action["verb"] for action in record["actions"]][-1] == "linearize"
+    assert record_from(record, "the layer").until is Stage.LINEAR
     assert record["psf"] is None
 
 
@@ -166,9 +172,11 @@ def test_a_saved_session_is_repeated_with_the_same_numbers(
     done.save(tmp_path / "session.json")
     viewer = ViewerModel()
     session = Session(viewer, viewer.add_image(blurred.photo, name="again"))
-    session.repeat(tmp_path / "session.json")
+    said = session.repeat(tmp_path / "session.json")
     np.testing.assert_array_equal(session.state.restored.data, done.state.restored.data)
-    assert session.state.actions == done.state.actions
+    assert said == ["the result is the same, pixel by pixel"]
+    again = session.state.record
+    assert to_record(again.options) == to_record(done.state.record.options)
 
 
 def test_the_metadata_of_a_layer_can_be_repeated(session: Session, blurred: Simulated) -> None:
@@ -183,14 +191,19 @@ def test_the_metadata_of_a_layer_can_be_repeated(session: Session, blurred: Simu
     ("content", "said"),
     [
         ("{", "not a JSON file"),
-        ("[1]", "not a session"),
-        ('{"format": "crfdeblur-response"}', "not a session"),
-        ('{"format": "crfdeblur-session", "version": 99}', "update"),
-        ('{"format": "crfdeblur-session", "version": 1, "actions": 3}', "damaged"),
+        ("[1]", "give a record"),
+        ('{"format": "crfdeblur-response"}', "give a record"),
+        ('{"format": "crfdeblur-record", "version": 99}', "update"),
+        ('{"format": "crfdeblur-record", "version": 1, "record": 3}', "damaged"),
+        ('{"format": "crfdeblur-record", "version": 1}', "damaged"),
         (
-            '{"format": "crfdeblur-session", "version": 1, "actions": '
-            '[{"verb": "__init__", "arguments": {}}]}',
-            "cannot be repeated",
+            '{"format": "crfdeblur-record", "version": 1, "record": {"type": "os.system"}}',
+            "not known",
+        ),
+        (
+            '{"format": "crfdeblur-record", "version": 1, "record": {"type": "Record", '
+            '"restore_into": "out.tif"}}',
+            "expected the fields",
         ),
     ],
 )
@@ -201,7 +214,7 @@ def test_a_bad_session_file_is_refused_in_a_sentence(
     path.write_text(content, encoding="utf-8")
     with pytest.raises(CrfDeblurError, match=said):
         session.repeat(path)
-    assert session.state.actions == ()
+    assert session.state.found == (None,) * 4
 
 
 def test_a_step_without_its_need_says_what_to_do(session: Session) -> None:
@@ -222,7 +235,7 @@ def test_a_step_without_its_need_says_what_to_do(session: Session) -> None:
 
 def test_without_a_photo_every_verb_says_so(viewer: ViewerModel) -> None:
     session = Session(viewer)
-    for verb in (*VERBS, "deblur", "record"):
+    for verb in (*STEPS, "deblur", "record"):
         with pytest.raises(CrfDeblurError, match="no photo yet"):
             getattr(session, verb)()
 
@@ -261,7 +274,7 @@ def test_a_bad_photo_is_refused_in_a_sentence_and_nothing_changes(
     session = Session(viewer, viewer.add_image(pixels, contrast_limits=(0, 1)))
     with pytest.raises(CrfDeblurError, match=said):
         session.deblur()
-    assert session.state.actions == ()
+    assert session.state.found == (None,) * 4
     assert len(viewer.layers) == 1
 
 
@@ -276,7 +289,7 @@ def test_a_white_level_makes_any_numbers_a_photo(viewer: ViewerModel, blurred: S
     off = np.abs(layer.data - reference.data.astype(int))
     assert (off == 0).mean() > 0.95
     assert off.max() <= 8
-    assert layer.metadata[KEY]["source"]["white"] == 255
+    assert record_from(layer.metadata[KEY], "the layer").white == 255
 
 
 @pytest.mark.parametrize("white", [0, -1, np.nan, np.inf])
@@ -326,9 +339,12 @@ def test_detected_edges_can_be_added_to_those_there_are(edged: Session) -> None:
 
 def test_only_the_last_of_edges_set_one_after_the_other_is_recorded(session: Session) -> None:
     session.detect_edges(12.0)
+    options = way_of(session.state).options
+    assert (options.edges, options.blur_extent) == (None, 12.0)
     for count in (5, 4, 3):
         session.set_edges(session.state.edges.edges[:count])
-    assert [action.verb for action in session.state.actions] == ["detect_edges", "set_edges"]
+    assert way_of(session.state).options.edges == session.state.edges.edges
+    assert len(session.state.edges.edges) == 3
 
 
 def test_files_go_in_and_out(edged: Session, tmp_path: Path) -> None:
@@ -374,27 +390,24 @@ def test_each_channel_can_have_its_own_curve(edged: Session) -> None:
 
 
 @pytest.mark.parametrize(
-    ("fit", "recorded"),
+    "fit",
     [
-        (None, {}),
-        (MaximumLikelihood(), {}),
-        (MaximumLikelihood(Cameras.SRGB), {"method": MaximumLikelihood(Cameras.SRGB)}),
-        (MaximumLikelihood(psf=line(5, 0.3)), {"method": MaximumLikelihood(psf=line(5, 0.3))}),
-        (MaximumLikelihood(around(SRGB())), {"method": MaximumLikelihood(around(SRGB()))}),
-        (RankMinimization(), {"method": RankMinimization()}),
+        None,
+        MaximumLikelihood(Cameras.SRGB),
+        MaximumLikelihood(psf=line(5, 0.3)),
+        MaximumLikelihood(around(SRGB())),
+        RankMinimization(),
     ],
-    ids=["none", "default", "kind", "PSF", "near a curve", "paper"],
+    ids=["default", "kind", "PSF", "near a curve", "paper"],
 )
-def test_only_what_is_not_the_default_is_recorded(
-    edged: Session, fit: Any, recorded: dict[str, Any]
-) -> None:
+def test_how_the_response_was_found_is_recorded_and_repeated(edged: Session, fit: Any) -> None:
     few = [edge for edge in edged.state.edges.edges if edge.good][:6]
     edged.set_edges(few)
     curve = edged.estimate_response(fit).curve
-    (action,) = [a for a in edged.state.actions if a.verb == "estimate_response"]
-    assert to_record(action.arguments) == to_record(recorded)
     record = json.loads(json.dumps(edged.record()))
-    edged.repeat({**record, "actions": [a for a in record["actions"] if a["verb"] == action.verb]})
+    assert record["record"]["options"]["response"] == to_record(fit or MaximumLikelihood())
+    edged.set_response(Gamma(3.0))
+    edged.repeat(record)
     levels = np.linspace(0, 1, 65)
     again = edged.state.fitted.curve.to_irradiance(levels)
     np.testing.assert_array_equal(again, curve.to_irradiance(levels))

@@ -15,7 +15,7 @@ from napari_crfdeblur import CrfDeblurError
 from napari_crfdeblur._napari.cameras import UNKNOWN
 from napari_crfdeblur._napari.docks import ResponseDock
 from napari_crfdeblur._napari.docks import response as module
-from napari_crfdeblur._napari.step import Level
+from napari_crfdeblur._napari.session.step import Level
 from napari_crfdeblur.estimate import GivenResponse, MaximumLikelihood
 from napari_crfdeblur.io import (
     CameraKey,

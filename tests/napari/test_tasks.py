@@ -11,7 +11,7 @@ from napari.components import ViewerModel
 from pytestqt.qtbot import QtBot
 
 from napari_crfdeblur import CrfDeblurError, Session
-from napari_crfdeblur._napari.step import Effects, Step
+from napari_crfdeblur._napari.session.step import Effects, Step
 from napari_crfdeblur._napari.tasks import Runner
 from napari_crfdeblur.progress import Job, Progress
 

@@ -22,7 +22,7 @@ from napari_crfdeblur._napari.docks import (
 )
 from napari_crfdeblur._napari.docks.base import SHADES, Dock
 from napari_crfdeblur._napari.docks.plots import Plot
-from napari_crfdeblur._napari.state import State
+from napari_crfdeblur._napari.session.state import State
 from napari_crfdeblur.simulate import Simulated
 
 LONG = 60000  # milliseconds: only a broken run takes as long
@@ -94,9 +94,7 @@ def test_what_was_found_is_shown_in_every_dock(
     for dock in docks:
         viewer.window.add_dock_widget(dock, tabify=True)
     found = done.state
-    docks[0].session.commit(
-        photo, State(found.edges, found.fitted, found.psf, actions=found.actions)
-    )
+    docks[0].session.commit(photo, State(found.edges, found.fitted, found.psf))
     shown = []
     for dock in docks:
         dock.native.parent().raise_()

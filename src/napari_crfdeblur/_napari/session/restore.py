@@ -262,7 +262,7 @@ def previewing(
         return outputs.show_preview(session, photo, pixels, region)
 
     options = DeblurOptions(method=method or DEFAULT_METHOD)
-    return Step("preview", _with_margin(source, region, responses, blur, options), finish)
+    return Step("preview", within(source, region, responses, blur, options), finish)
 
 
 def counting_clipped(sharp: Image) -> Job[float]:
@@ -350,7 +350,7 @@ def making(
     return Product(restored, photo, pixels_of(source.name, made(newest, "a result")))
 
 
-def _with_margin(
+def within(
     source: PhotoStack, region: Region, responses: Responses, blur: Blur, options: DeblurOptions
 ) -> Job[Image]:
     """Long job: a region restored with a margin, so that its borders are those of the whole."""
