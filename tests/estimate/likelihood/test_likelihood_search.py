@@ -10,7 +10,7 @@ from napari_crfdeblur.estimate.likelihood.calibration import dependence, overcon
 from napari_crfdeblur.estimate.likelihood.descent import descend
 from napari_crfdeblur.estimate.likelihood.evidence import edge_groups
 from napari_crfdeblur.estimate.likelihood.family import Family
-from napari_crfdeblur.estimate.likelihood.model import initial
+from napari_crfdeblur.estimate.likelihood.model import initial, predict
 from napari_crfdeblur.estimate.likelihood.problem import Problem, Shift
 from napari_crfdeblur.estimate.likelihood.search import searching
 from napari_crfdeblur.progress import drain
@@ -140,6 +140,16 @@ def test_a_typical_misfit_is_one(many):
     # Each edge has 3 unknowns of its own for 23 samples, and shares a shape.
     assert 0.8 < found.misfit < 1.1
     assert found.settled
+
+
+def test_the_misfit_is_that_of_the_state_that_is_handed_out(spoilt):
+    problem, state = spoilt.problem, spoilt.state
+    family, squares = problem.family(state), []
+    for group, own in zip(problem.groups, state.groups, strict=True):
+        residual = group.intensity - family.record(predict(group, own).light)
+        square = residual**2 / (group.variance + NoiseModel().floor ** 2)
+        squares += list(square.mean(axis=(1, 2)))  # one channel: all samples are there
+    assert spoilt.misfit == pytest.approx(np.sqrt(np.median(squares)), rel=1e-9)  # rounding
 
 
 def test_what_was_found_is_a_minimum(spoilt):

@@ -14,7 +14,7 @@ from .known import expected_shapes
 from .model import GroupState, State, initial
 from .noise import NoiseModel
 from .problem import Expected, Problem
-from .search import Found, typical_misfit, weighted
+from .search import Found, plain_misfits, typical_misfit, weighted
 
 STEPS = 2
 # Of the objective: a step that gains less moves nothing by much more than its standard deviation
@@ -94,7 +94,7 @@ def refound(
     trust = [noise.trust(group, misfit) for group, misfit in zip(groups, plain, strict=True)]
     problem = weighted(problem, noise, trust, found.evidence)
     end = descend(problem, start, STEPS, ENOUGH)
-    misfit = typical_misfit(groups, plain)
+    misfit = typical_misfit(groups, plain_misfits(problem, noise, end.state))
     return Found(problem, end.state, end.normal, found.evidence, misfit, found.settled)
 
 

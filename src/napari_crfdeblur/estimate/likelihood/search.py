@@ -45,7 +45,8 @@ class Found:
     evidence : float
         Share of the samples that count, in (0, 1].
     misfit : float
-        Root mean square of the residuals of a typical edge, in standard deviations of its noise.
+        Root mean square of the residuals of a typical edge at the minimum, in standard deviations
+        of its noise.
     settled : bool
         Whether the search came to an end.
     """
@@ -75,7 +76,7 @@ def searching(
     trust: list[FloatArray] = []
     for number in range(ROUNDS):
         yield Progress("response", number, ROUNDS)
-        plain = replace(problem, weights=noise.weights(groups)).misfits(best.state)
+        plain = plain_misfits(problem, noise, best.state)
         trust = [noise.trust(g, misfit) for g, misfit in zip(groups, plain, strict=True)]
         if psf is not None:
             problem = replace(problem, expected=expected_shapes(psf, groups, best.state))
@@ -86,8 +87,13 @@ def searching(
     evidence = max(evidence / shared_misfit(problem, best.state), LEAST_EVIDENCE)
     problem = weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
-    misfit = typical_misfit(groups, plain)
+    misfit = typical_misfit(groups, plain_misfits(problem, noise, best.state))
     return Found(problem, best.state, best.normal, evidence, misfit, best.settled)
+
+
+def plain_misfits(problem: Problem, noise: NoiseModel, state: State) -> list[FloatArray]:
+    """Sum of squared residuals of each edge over their variances, whatever its weight."""
+    return replace(problem, weights=noise.weights(problem.groups)).misfits(state)
 
 
 def typical_misfit(groups: Sequence[EdgeGroup], misfits: Sequence[FloatArray]) -> float:
@@ -141,7 +147,7 @@ def _tempered(problem: Problem, noise: NoiseModel, state: State) -> tuple[Proble
     wrong response would count alone. Bad edges, on the other hand, would lead all others
     astray if they counted in full.
     """
-    plain = replace(problem, weights=noise.weights(problem.groups)).misfits(state)
+    plain = plain_misfits(problem, noise, state)
     scale = max(typical_misfit(problem.groups, plain) ** 2, 1.0)
     trust, unlikely = [], float(state.coefficients @ state.coefficients)
     for group, misfit in zip(problem.groups, plain, strict=True):
