@@ -14,9 +14,9 @@ from .descent import Descent, descend
 from .evidence import EdgeGroup
 from .family import Family
 from .known import expected_shapes
-from .model import State, initial
-from .noise import NoiseModel
-from .problem import Normal, Problem, Shift
+from .model import ModelState, initial
+from .noise_model import NoiseModel
+from .problem import NormalEquations, Problem, Shift
 
 # Starts: the mean of the prior, and both ways along its two main directions.
 CORNERS = ((0.0, 0.0), *product((-1.5, 1.5), (-1.0, 1.0)))
@@ -31,16 +31,16 @@ ROUGH = 3e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class Solution:
     """The most probable response and what led to it.
 
     Parameters
     ----------
     problem : Problem
         As it was at last, with its weights.
-    state : State
+    state : ModelState
         Its minimum.
-    normal : Normal
+    normal : NormalEquations
         Normal equations there.
     evidence : float
         Share of the samples that count, in (0, 1].
@@ -52,20 +52,20 @@ class Found:
     """
 
     problem: Problem
-    state: State
-    normal: Normal
+    state: ModelState
+    normal: NormalEquations
     evidence: float
     misfit: float
     settled: bool
 
 
-def searching(
+def maximizing(
     prior: ResponsePrior,
     groups: Sequence[EdgeGroup],
     noise: NoiseModel,
     shift: Shift,
     psf: FloatArray | None = None,
-) -> Job[Found]:
+) -> Job[Solution]:
     """Long job: the most probable response given profiles, and the PSF if it is known."""
     problem = Problem(prior, groups, noise.weights(groups), shift, [None] * len(groups))
     if psf is not None:
@@ -88,10 +88,10 @@ def searching(
     problem = weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
     misfit = typical_misfit(groups, plain_misfits(problem, noise, best.state))
-    return Found(problem, best.state, best.normal, evidence, misfit, best.settled)
+    return Solution(problem, best.state, best.normal, evidence, misfit, best.settled)
 
 
-def plain_misfits(problem: Problem, noise: NoiseModel, state: State) -> list[FloatArray]:
+def plain_misfits(problem: Problem, noise: NoiseModel, state: ModelState) -> list[FloatArray]:
     """Sum of squared residuals of each edge over their variances, whatever its weight."""
     return replace(problem, weights=noise.weights(problem.groups)).misfits(state)
 
@@ -131,8 +131,8 @@ def _starting(problem: Problem, noise: NoiseModel) -> Job[Descent]:
 
 
 def _tempering(
-    problem: Problem, noise: NoiseModel, state: State, rounds: int, steps: int
-) -> tuple[float, State]:
+    problem: Problem, noise: NoiseModel, state: ModelState, rounds: int, steps: int
+) -> tuple[float, ModelState]:
     """Where a few steps lead, with weights that follow the misfits; and how unlikely that is."""
     for _ in range(rounds):
         own, _ = _tempered(problem, noise, state)
@@ -140,7 +140,7 @@ def _tempering(
     return _tempered(problem, noise, state)[1], state
 
 
-def _tempered(problem: Problem, noise: NoiseModel, state: State) -> tuple[Problem, float]:
+def _tempered(problem: Problem, noise: NoiseModel, state: ModelState) -> tuple[Problem, float]:
     """The problem as if noise were what the typical edge misses; and how unlikely the state is.
 
     Far from the minimum all edges fit badly: against their noise, those that happen to fit a
