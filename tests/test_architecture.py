@@ -144,3 +144,98 @@ def test_the_documented_path_is_the_list_of_stages() -> None:
     table = [row.group(1) for row in re.finditer(r"^\| `(\w+)", text, flags=re.MULTILINE)]
     assert table == [stage for stage in STAGES if stage in table]
     assert {stage_of(path) for path in MODULES} <= set(table)
+
+
+# Verbs that the command or the plugin has under the name that they have in the core, and the
+# methods proper of the blind estimators, which are alike from outside.
+VERBS = {
+    "deblur",
+    "deblurring",
+    "deconvolving",
+    "draw_edges",
+    "estimate_psf",
+    "estimate_response",
+    "estimating_psf",
+    "estimating_response",
+    "find_edges",
+    "linearizing",
+    "reapplying",
+    "searching",
+    "shrink_gradient",  # and its compiled loop
+    "simulate",
+}
+# Names outside the stages of the core that mean two things, or the one that means another than
+# in the core: still to be told apart.
+STILL_ALIKE = {
+    "BatchResult",
+    "Blur",
+    "Region",
+    "Shape",
+    "Source",
+    "Span",
+    "file_of",
+    "following_edges",
+    "like",
+    "photo",
+    "previewing",
+    "recording",
+    "region_of",
+    "restoring",
+    "trust_in",
+}
+
+
+def names_of(source: str) -> set[str]:
+    """Public classes, functions and types that a module defines; numbers and texts have none."""
+    found = set()
+    for node in ast.parse(source).body:
+        match node:
+            case ast.ClassDef(name=name) | ast.FunctionDef(name=name):
+                found.add(name)
+            case ast.AnnAssign(target=ast.Name(id=name)):
+                found.add(name)
+            # a type has small letters in its name; a call makes a type variable
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                if name != name.upper() and not isinstance(value, ast.Call):
+                    found.add(name)
+    return {name for name in found if not name.startswith("_")}
+
+
+def twice(sources: dict[str, str]) -> dict[str, list[str]]:
+    """Names that several modules define, and which."""
+    places: dict[str, list[str]] = {}
+    for path, source in sources.items():
+        for name in names_of(source):
+            places.setdefault(name, []).append(path)
+    return {name: paths for name, paths in places.items() if len(paths) > 1}
+
+
+def test_no_name_has_two_meanings() -> None:
+    sources = {str(p.relative_to(PACKAGE)): p.read_text(encoding="utf-8") for p in MODULES}
+    found = twice(sources)
+    unknown = {name: found[name] for name in sorted(found.keys() - VERBS - STILL_ALIKE)}
+    assert not unknown, "name one of each after what it is: " + "; ".join(
+        f"{name} in {', '.join(paths)}" for name, paths in unknown.items()
+    )
+    gone = (VERBS | STILL_ALIKE) - found.keys()
+    assert not gone, f"{sorted(gone)} have one meaning now: take them off the list"
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("class Tile: ...", {"Tile"}),
+        ("def cut(x):\n    def inner(): ...\n    class Local: ...", {"cut"}),
+        ("Box = tuple[int, int]", {"Box"}),
+        ("Box: TypeAlias = tuple[int, int]", {"Box"}),
+        ("class _Hidden: ...\ndef _hidden(): ...", set()),
+        ("STEPS = 3\nT = TypeVar('T')\nSides = TypeVar('Sides')", set()),
+    ],
+)
+def test_the_walk_sees_every_name_that_has_a_meaning(source: str, expected: set[str]) -> None:
+    assert names_of(source) == expected
+
+
+def test_a_name_in_two_modules_is_found_with_its_places() -> None:
+    sources = {"a.py": "class State: ...", "b.py": "State = dict[str, int]", "c.py": "STATE = 1"}
+    assert twice(sources) == {"State": ["a.py", "b.py"]}

@@ -29,7 +29,7 @@ from napari_crfdeblur.report import (
     draw_response,
     write_report,
 )
-from napari_crfdeblur.report.content import normalized, sentences, spread, table
+from napari_crfdeblur.report.content import figure_table, normalized, sentences, spread
 from napari_crfdeblur.report.pictures import detail, reduced
 from napari_crfdeblur.response import Gamma
 
@@ -211,7 +211,7 @@ def test_channels_of_different_status_are_named():
 
 
 def test_the_table_counts_and_measures():
-    rows = table(a_report(figures={"time": "3 s"}))
+    rows = figure_table(a_report(figures={"time": "3 s"}))
     assert rows["photo"] == "330 x 160 px, uint8"
     assert rows["edges"] == "4 good, 3 rejected"
     assert rows["profiles"] == "3 in 1 group"

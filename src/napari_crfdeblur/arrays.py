@@ -98,14 +98,14 @@ def contiguous(array: Any) -> Any:
     return copy(array)
 
 
-def forward(array: Any) -> Any:
+def rfftn(array: Any) -> Any:
     """Transform of a real array along all axes: its half spectrum."""
     if is_numpy(array):
         return fft.rfftn(array)
     return namespace(array).fft.rfftn(array)
 
 
-def inverse(spectrum: Any, shape: tuple[int, ...]) -> Any:
+def irfftn(spectrum: Any, shape: tuple[int, ...]) -> Any:
     """Real array of the given shape with this half spectrum, which can be overwritten."""
     if is_numpy(spectrum):
         # in place but for the last axis: irfftn would copy the spectrum, which at 12 megapixels

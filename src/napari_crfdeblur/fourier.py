@@ -31,13 +31,13 @@ def fast_shape(shape: Sides) -> Sides:
 
 def forward(plane: FloatArray) -> ComplexArray:
     """Transform of a real plane (M, N): its half spectrum, (M, N // 2 + 1); volumes likewise."""
-    spectrum: ComplexArray = arrays.forward(plane)
+    spectrum: ComplexArray = arrays.rfftn(plane)
     return spectrum
 
 
 def inverse(spectrum: ComplexArray, shape: tuple[int, ...]) -> FloatArray:
     """Real plane of the given shape whose half spectrum this is; overwrites `spectrum`."""
-    plane: FloatArray = arrays.inverse(spectrum, shape)
+    plane: FloatArray = arrays.irfftn(spectrum, shape)
     return plane
 
 

@@ -10,9 +10,9 @@ from scipy import fft, ndimage
 from napari_crfdeblur import fourier
 from napari_crfdeblur.deconvolution import HyperLaplacian, deconvolve, loops, measure
 from napari_crfdeblur.deconvolution import local_shrinkage as ls
+from napari_crfdeblur.deconvolution.light_noise import LightNoise
 from napari_crfdeblur.deconvolution.local_shrinkage import LocalShrinkage
 from napari_crfdeblur.deconvolution.noise import PlaneStatistics
-from napari_crfdeblur.deconvolution.noise_model import LightNoise
 from napari_crfdeblur.progress import drain
 
 

@@ -6,7 +6,7 @@ from scipy import ndimage
 
 from napari_crfdeblur.edges.picture import Picture
 from napari_crfdeblur.edges.sampling import Grids, interpolated
-from napari_crfdeblur.edges.segments import smoothed
+from napari_crfdeblur.edges.segments import gaussian_smoothed
 
 KINDS = [np.uint8, np.uint16, np.float16, np.float32, np.float64]
 
@@ -91,4 +91,4 @@ def test_a_smoothed_plane_is_that_of_a_gaussian_filter(sigma):
     plane = photo_of(np.float32)[..., 0]
     expected = ndimage.gaussian_filter(plane, sigma, mode="nearest", truncate=3)
     # Rounding of sums of some 10 single-precision values.
-    assert np.allclose(smoothed(plane, sigma)[1:-1, 1:-1], expected, atol=1e-6)
+    assert np.allclose(gaussian_smoothed(plane, sigma)[1:-1, 1:-1], expected, atol=1e-6)

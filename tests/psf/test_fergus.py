@@ -7,18 +7,18 @@ from scipy import integrate
 
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.psf.blind.blurred import Blurred
-from napari_crfdeblur.psf.blind.fergus.ensemble import Ensemble, Measured, System
+from napari_crfdeblur.psf.blind.fergus.ensemble import Ensemble, MeasuredGradient, System
 from napari_crfdeblur.psf.blind.fergus.kernel_posterior import KernelPosterior
 from napari_crfdeblur.psf.blind.fergus.priors import ExponentialMixture, GaussianMixture
 
 GRADIENTS = GaussianMixture()
 
 
-def small_problem() -> tuple[Measured, Ensemble, ExponentialMixture]:
+def small_problem() -> tuple[MeasuredGradient, Ensemble, ExponentialMixture]:
     photo = blurred(camera_shake(7, 3), 50, 66).astype(np.float32)
     clipped = np.zeros(photo.shape, bool)
     clipped[20:25, 30:40] = True
-    measured = Measured.of(Blurred.of(photo, clipped, 7), 7)
+    measured = MeasuredGradient.of(Blurred.of(photo, clipped, 7), 7)
     start = Ensemble.start(measured, np.full((7, 7), 1 / 49), 0.3 * measured.energy)
     return measured, start, ExponentialMixture.for_size(7)
 
@@ -57,7 +57,7 @@ def test_what_was_not_measured_does_not_matter() -> None:
     photo = blurred(camera_shake(7, 3), 50, 66).astype(np.float32)
     clipped = np.zeros(photo.shape, bool)
     clipped[20:25, 30:40] = True
-    first = Measured.of(Blurred(photo, 1.0 - clipped), 7)
+    first = MeasuredGradient.of(Blurred(photo, 1.0 - clipped), 7)
     assert first.known.sum() == 49 * 66 + 50 * 65 - 2 * clipped.sum()
     assert not first.values[~first.known].any()
 

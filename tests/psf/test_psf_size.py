@@ -10,7 +10,7 @@ from napari_crfdeblur.progress import Job
 from napari_crfdeblur.psf import Evidence, XuJia, camera_shake, disk, estimate_psf, line
 from napari_crfdeblur.psf.blind.blurred import Blurred
 from napari_crfdeblur.psf.blind.colors import channel_weights
-from napari_crfdeblur.psf.blind.size import cut, extent_of, finding_size, odd
+from napari_crfdeblur.psf.blind.size import extent_of, finding_size, is_cut, odd_size
 from napari_crfdeblur.quality import kernel_similarity
 
 
@@ -63,15 +63,15 @@ def test_the_extent_is_what_holds_nearly_all() -> None:
 def test_a_psf_from_border_to_border_can_be_cut() -> None:
     psf = np.zeros((11, 11))
     psf[5] = 1 / 11
-    assert cut(psf)
-    assert not cut(np.pad(psf, 3))
+    assert is_cut(psf)
+    assert not is_cut(np.pad(psf, 3))
 
 
 @pytest.mark.parametrize(
     ("size", "largest", "expected"), [(9.2, 40, 11), (11, 40, 11), (90, 40, 39), (1, 40, 3)]
 )
 def test_sizes_are_odd_and_within_limits(size: float, largest: int, expected: int) -> None:
-    assert odd(size, largest) == expected
+    assert odd_size(size, largest) == expected
 
 
 def test_where_no_psf_is_found_the_largest_is_taken() -> None:

@@ -6,11 +6,11 @@ from scipy.signal import fftconvolve
 
 from napari_crfdeblur.psf import PsfStatus, Variational, camera_shake, estimate_psf
 from napari_crfdeblur.psf.blind.blurred import Blurred
-from napari_crfdeblur.psf.blind.noise import noise_of_gradients
+from napari_crfdeblur.psf.blind.gradient_noise import noise_of_gradients
 from napari_crfdeblur.psf.blind.variational.extent import off_middle, roomy, trimmed
 from napari_crfdeblur.psf.blind.variational.gradients import (
     BlurredGradient,
-    Posterior,
+    GradientPosterior,
     soft_point,
 )
 from napari_crfdeblur.psf.blind.variational.nonnegative import NonnegativeFit
@@ -126,7 +126,7 @@ def test_the_true_gradients_give_the_true_psf() -> None:
     known = np.ones((2, 96, 120), np.float32)
     data = [np.roll(photo, -1, axis=axis) - photo for axis in (0, 1)]
     gradients = BlurredGradient(np.stack(data), known, soft_point(0), 9)
-    exact = Posterior(np.stack(steps), np.zeros_like(known[:1]), known[:1])
+    exact = GradientPosterior(np.stack(steps), np.zeros_like(known[:1]), known[:1])
     found = np.full((9, 9), 1 / 81)
     for _ in range(6):
         found = gradients.refit(found, exact)

@@ -4,7 +4,7 @@ from scipy import ndimage
 
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import PsfStatus, XuJia, camera_shake, estimate_psf, estimating_psf
-from napari_crfdeblur.psf.blind.region import Overview
+from napari_crfdeblur.psf.blind.overview import Overview
 from napari_crfdeblur.quality import kernel_similarity
 
 

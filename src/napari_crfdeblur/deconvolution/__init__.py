@@ -9,9 +9,9 @@ from .base import (
 )
 from .hyper_laplacian import HyperLaplacian
 from .irls import SparseIrls
+from .light_noise import LightNoise, fit_noise
 from .local_shrinkage import LocalShrinkage
 from .noise import PlaneStatistics, measure, noise_level
-from .noise_model import LightNoise, fit_noise
 from .richardson_lucy import RichardsonLucy
 from .tiles import Tiled
 from .total_variation import TotalVariation

@@ -19,11 +19,10 @@ from ..boundary import frame, periodic_shape
 from ..fourier import convolving, kept_otf
 from ..progress import Job, Progress
 from .richardson_lucy import restoring
+from .tiles import Region
 
 ITERATIONS = 30  # twice as many gain 1 dB around the highlights, half as many lose 2 dB
 MARGIN = 2  # PSF sides around clipped pixels that are looked at
-
-Box = tuple[slice, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,7 +38,7 @@ class Filled:
     """
 
     plane: FloatArray
-    scenes: list[tuple[Box, FloatArray]]
+    scenes: list[tuple[Region, FloatArray]]
 
 
 def filling(
@@ -61,7 +60,7 @@ def filling(
     return filled
 
 
-def _boxes(clipped: BoolArray, sides: tuple[int, ...]) -> Iterator[Box]:
+def _boxes(clipped: BoolArray, sides: tuple[int, ...]) -> Iterator[Region]:
     """Parts of a plane around its clipped pixels; or all of it, if they are everywhere."""
     shape = clipped.shape
     cells = tuple(-(-length // side) for length, side in zip(shape, sides, strict=True))

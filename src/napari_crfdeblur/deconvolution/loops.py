@@ -95,7 +95,7 @@ def solve(
                 spectrum[row, part] = value / whole
 
 
-def divide(plane: FloatArray, predicted: FloatArray, least: Any, zero: Any) -> None:
+def divide_inside(plane: FloatArray, predicted: FloatArray, least: Any, zero: Any) -> None:
     """``y / prediction`` inside the frame, 0 outside, in place of the prediction."""
     rows, columns = plane.shape
     for row in range(predicted.shape[0]):

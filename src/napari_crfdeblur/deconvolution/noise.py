@@ -8,7 +8,7 @@ import numpy as np
 from .. import arrays
 from .._typing import BoolArray, FloatArray
 from ..psf.misfit import misfit
-from .noise_model import LightNoise, fit_noise
+from .light_noise import LightNoise, fit_noise
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
 LEAST_NOISE = 5e-3  # of the contrast: with less, all methods ring even where all is known
@@ -113,7 +113,7 @@ def measure(
 ) -> PlaneStatistics:
     """Measure the noise and the contrast of a plane, and what its PSF leaves unexplained.
 
-    The noise level is that of :func:`~.noise_model.fit_noise`: where it grows with the light, the
+    The noise level is that of :func:`~.light_noise.fit_noise`: where it grows with the light, the
     median of all pixels would be that of the dark ones.
 
     Parameters

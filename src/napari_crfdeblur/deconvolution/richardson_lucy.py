@@ -175,7 +175,7 @@ def _any(pixels: BoolArray) -> BoolArray | None:
 
 def _divide(plane: FloatArray, predicted: FloatArray, free: BoolArray | None, floor: float) -> None:
     """Replace the prediction, at least `floor`, by ``m y / prediction``."""
-    if fused := loops.compiled(loops.divide, predicted):
+    if fused := loops.compiled(loops.divide_inside, predicted):
         fused(plane, predicted, plane.dtype.type(floor), plane.dtype.type(0))
     else:
         _divide_blocks(plane, predicted, floor)

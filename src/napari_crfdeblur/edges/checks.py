@@ -127,12 +127,14 @@ def check_blocks(
     quiet = (transition.noise / (0.03 * max(transition.contrast, 1e-3))) ** 2
     length = max(4.0, 0.25 * (transition.last - transition.first), strip.spacing * quiet)
     number = int(np.clip(strip.spacing * len(along) / length, 4, 24))
-    places, means = blocks(along, values, number)
+    places, means = block_means(along, values, number)
     noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / transition.contrast
     return places, judge_blocks(means, transition, noise)
 
 
-def blocks(along: FloatArray, values: FloatArray, number: int) -> tuple[FloatArray, FloatArray]:
+def block_means(
+    along: FloatArray, values: FloatArray, number: int
+) -> tuple[FloatArray, FloatArray]:
     """Means of rows (C, T, D) in blocks: place along the edge (B,), profiles (C, B, D)."""
     weights = averaging(len(along), min(number, len(along) // 2))
     return weights @ along, weights.astype(values.dtype) @ values
@@ -149,7 +151,7 @@ def averaging(rows: int, number: int) -> FloatArray:
 def judge_blocks(means: FloatArray, transition: Transition, noise: float) -> list[EdgeStatus]:
     """Status of each block's mean profiles, shape (C, B, D); noise in units of contrast."""
     weights, contrast = transition.weights, transition.contrast
-    reference = median(means, axis=1)
+    reference = median_along(means, axis=1)
     shift = matched(colorless(means, weights), weights @ reference)
     residual = (means - reference[:, None]) / contrast
     slope = slopes(reference) / contrast
@@ -171,7 +173,7 @@ def colorless(values: FloatArray, weights: FloatArray) -> FloatArray:
     return summed.reshape(values.shape[1:])
 
 
-def median(values: FloatArray, axis: int) -> FloatArray:
+def median_along(values: FloatArray, axis: int) -> FloatArray:
     """Median along an axis; faster than that of numpy, which looks for NaN."""
     ordered = np.sort(values, axis=axis)
     number = values.shape[axis]
@@ -198,7 +200,7 @@ def sagitta(strip: Strip, transition: Transition, first: float, last: float) -> 
         return 0.0
     if rows < len(along):
         along, signal = along[inside], signal[inside]
-    along, (means,) = blocks(along, signal[None], PIECES)
+    along, (means,) = block_means(along, signal[None], PIECES)
     mean = means.mean(axis=0)
     shift = matched(means, mean)
     t = (2 * along - first - last) / (last - first)

@@ -8,7 +8,7 @@ from .._typing import FloatArray, Image
 from ..photo import check_image
 from ..progress import Job, Progress, drain
 from .base import Edge
-from .locate import Search
+from .locate import CaptureRange
 from .picture import Picture
 from .refine import check_extent, refine
 from .scales import Scales
@@ -55,7 +55,7 @@ def finding(photo: Picture, blur_extent: float, stage: str, most: int) -> Job[tu
     yield Progress(stage, 0, 1)
     scales = Scales.to_find(photo, blur_extent)
     lines = find_segments(scales.coarse, blur_extent, most)
-    search = Search(0.25 * blur_extent + scales.coarse.step, blur_extent)
+    search = CaptureRange(0.25 * blur_extent + scales.coarse.step, blur_extent)
     found: list[Edge] = []
     for first in range(0, len(lines), TOGETHER):
         frames = [Frame.of(line) for line in lines[first : first + TOGETHER]]

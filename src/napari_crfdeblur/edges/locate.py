@@ -17,15 +17,15 @@ PAIRS = np.triu_indices(BLOCKS, k=BLOCKS // 4)  # of pieces, far enough apart to
 
 
 @dataclass(frozen=True, slots=True)
-class Search:
+class CaptureRange:
     """How far from a proposed line the edge may lie, and how wide it may be, in pixels."""
 
     capture: float
     blur_extent: float
 
-    def reduced(self, step: int) -> "Search":
+    def reduced(self, step: int) -> "CaptureRange":
         """The same in a picture of which each pixel is `step` pixels wide."""
-        return Search(self.capture / step, self.blur_extent / step)
+        return CaptureRange(self.capture / step, self.blur_extent / step)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,7 +54,7 @@ class Pieces:
         return mean
 
 
-def locate(picture: Picture, frames: Sequence[Frame], search: Search) -> list[Frame]:
+def locate(picture: Picture, frames: Sequence[Frame], search: CaptureRange) -> list[Frame]:
     """The frames moved onto the edges next to them; left alone where there is no image.
 
     Every piece of the edge is found by the largest smoothed slope near the line. To be followed
@@ -108,7 +108,9 @@ def extended(values: FloatArray) -> FloatArray:
     return filled
 
 
-def steepest(pieces: Pieces, across: FloatArray, search: Search) -> tuple[FloatArray, FloatArray]:
+def steepest(
+    pieces: Pieces, across: FloatArray, search: CaptureRange
+) -> tuple[FloatArray, FloatArray]:
     """Place of the largest smoothed slope of each piece near 0, and that slope, (K, B)."""
     sigma = max(search.blur_extent / 6, 1.0)
     slope = ndimage.gaussian_filter1d(pieces.profiles, sigma, axis=2, order=1, mode="nearest")
@@ -167,11 +169,11 @@ def fit_lines(
     some = weight.sum(axis=1) > 0
     shift = np.where(inside, shift, np.nan)
     i, j = PAIRS
-    slope = median((shift[:, j] - shift[:, i]) / (along[:, j] - along[:, i]))
+    slope = finite_median((shift[:, j] - shift[:, i]) / (along[:, j] - along[:, i]))
     residual = shift - slope[:, None] * along
-    offset = median(residual)
+    offset = finite_median(residual)
     residual -= offset[:, None]
-    limit = np.maximum(1.0, 3 * median(np.abs(residual)))
+    limit = np.maximum(1.0, 3 * finite_median(np.abs(residual)))
     weight = np.where(np.abs(residual) <= limit[:, None], weight, 0)
     enough = np.count_nonzero(weight, axis=1) >= 3
     total = np.where(enough, weight.sum(axis=1), 1)
@@ -186,7 +188,7 @@ def fit_lines(
     return offset, slope
 
 
-def median(values: FloatArray) -> FloatArray:
+def finite_median(values: FloatArray) -> FloatArray:
     """Median of the finite values in each row, shape (K,); NaN where there are none."""
     ordered = np.sort(values, axis=1)  # NaN last
     count = np.isfinite(ordered).sum(axis=1, keepdims=True)

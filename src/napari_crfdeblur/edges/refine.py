@@ -22,7 +22,7 @@ from .checks import (
     sagitta,
     shortest,
 )
-from .locate import Search, locate, refit
+from .locate import CaptureRange, locate, refit
 from .picture import Picture
 from .scales import NARROW, Scales
 from .strip import Frame, Strip, sample_strip, strips_along
@@ -67,7 +67,7 @@ def refining_edges(
     for number, line in enumerate(lines):
         yield Progress("edges", number, len(lines))
         frame, capture = drawn(scales.photo, line, blur_extent)
-        (parts,) = refine(scales, [frame], Search(capture, blur_extent))
+        (parts,) = refine(scales, [frame], CaptureRange(capture, blur_extent))
         edges.append(max(parts, key=lambda e: (e.good, e.length)))
     return tuple(edges)
 
@@ -100,7 +100,7 @@ def step_across(strip: Strip) -> float:
     return float(np.ptp(profile, axis=1).max()) if profile.size else 0.0
 
 
-def refine(scales: Scales, frames: Sequence[Frame], search: Search) -> list[list[Edge]]:
+def refine(scales: Scales, frames: Sequence[Frame], search: CaptureRange) -> list[list[Edge]]:
     """Edges along each proposed line: its usable parts, or one edge that says why not.
 
     Frames, edges and the search in pixels of the photo.
@@ -114,7 +114,7 @@ def refine(scales: Scales, frames: Sequence[Frame], search: Search) -> list[list
     ]
 
 
-def find_parts(scales: Scales, frames: Sequence[Frame], search: Search) -> list[list[Part]]:
+def find_parts(scales: Scales, frames: Sequence[Frame], search: CaptureRange) -> list[list[Part]]:
     """Parts of each edge that pass the checks block by block, or all of it and why not."""
     near, step = scales.near.step, scales.fine.step
     located = [frame.reduced(near) for frame in frames]
@@ -129,7 +129,7 @@ def find_parts(scales: Scales, frames: Sequence[Frame], search: Search) -> list[
     ]
 
 
-def usable_parts(frame: Frame, strip: Strip, search: Search, step: int) -> list[Part]:
+def usable_parts(frame: Frame, strip: Strip, search: CaptureRange, step: int) -> list[Part]:
     """Parts of an edge whose blocks are good, or all of it and why there are none."""
     transition = find_transition(strip, search.blur_extent)
     if transition is None:

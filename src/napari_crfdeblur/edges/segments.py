@@ -68,7 +68,7 @@ def find_segments(picture: Picture, blur_extent: float, most: int) -> list[Line]
     # Beyond the strongest, a busy photo has thousands of specks.
     segments = fit_segments(ridge, labels, shortest)[: JOINED * most]
     joined = join(segments, width, shortest)[:most]
-    return [scaled(line, picture.step) for line in joined]
+    return [in_photo(line, picture.step) for line in joined]
 
 
 def find_ridge(planes: Sequence[FloatArray], sigma: float, threshold: float) -> Ridge:
@@ -77,7 +77,7 @@ def find_ridge(planes: Sequence[FloatArray], sigma: float, threshold: float) -> 
     A pixel border is left out, so that every ridge pixel has neighbors.
     """
     rows, columns = planes[0].shape
-    smooth = [smoothed(plane, sigma) for plane in planes]
+    smooth = [gaussian_smoothed(plane, sigma) for plane in planes]
     found = []
     for first in range(1, rows - 1, BAND):
         # Tensors of a row more on both sides, from the slopes between one more still.
@@ -88,7 +88,7 @@ def find_ridge(planes: Sequence[FloatArray], sigma: float, threshold: float) -> 
     return Ridge(row, column, angle, magnitude, (rows, columns))
 
 
-def smoothed(plane: FloatArray, sigma: float) -> FloatArray:
+def gaussian_smoothed(plane: FloatArray, sigma: float) -> FloatArray:
     """A plane (M, N), continued beyond its borders, under a Gaussian, shape (M + 2, N + 2)."""
     radius = round(3 * sigma)
     weights = np.exp(-0.5 * (np.arange(radius + 1) / sigma) ** 2).astype(plane.dtype)
@@ -259,7 +259,7 @@ def continuing(line: FloatArray, others: FloatArray, gap: float) -> Image:
     return found
 
 
-def scaled(line: FloatArray, step: int) -> Line:
+def in_photo(line: FloatArray, step: int) -> Line:
     """The line in pixels of the photo; pixel centers of both are at whole numbers."""
     (r0, c0), (r1, c1) = (line * step + (step - 1) / 2).tolist()
     return Line((r0, c0), (r1, c1))

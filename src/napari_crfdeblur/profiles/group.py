@@ -101,7 +101,7 @@ def check_tolerance(tolerance: float) -> None:
 
 
 @dataclass(frozen=True, slots=True)
-class Cluster:
+class OrientationCluster:
     """Edges of one orientation: its angle in [0, pi), the members by number."""
 
     orientation: float
@@ -110,7 +110,7 @@ class Cluster:
 
 def cluster(
     orientations: Sequence[float], weights: Sequence[float], tolerance: float
-) -> list[Cluster]:
+) -> list[OrientationCluster]:
     """Put orientations together, the heaviest window of twice the tolerance first.
 
     Angles are compared modulo pi: 179.5 and 0.5 degrees are one degree apart.
@@ -119,18 +119,18 @@ def cluster(
     left = np.arange(len(angle))
     found = []
     while len(left):
-        near = difference(angle[left][:, None], angle[left]) <= tolerance
+        near = orientation_difference(angle[left][:, None], angle[left]) <= tolerance
         best = int((near * weight[left]).sum(axis=1).argmax())
         members = left[near[best]]
         mean = circular_mean(angle[members], weight[members])
         # Only those that are also near the mean, so that the tolerance means what it says.
-        members = members[difference(angle[members], mean) <= tolerance]
-        found.append(Cluster(mean, tuple(int(i) for i in members)))
+        members = members[orientation_difference(angle[members], mean) <= tolerance]
+        found.append(OrientationCluster(mean, tuple(int(i) for i in members)))
         left = np.setdiff1d(left, members)
     return found
 
 
-def difference(a: FloatArray, b: FloatArray | float) -> FloatArray:
+def orientation_difference(a: FloatArray, b: FloatArray | float) -> FloatArray:
     """Angle between two orientations, in [0, pi/2]."""
     return np.asarray(np.abs((a - b + pi / 2) % pi - pi / 2))
 

@@ -16,7 +16,7 @@ from ..progress import Job, Progress, drain
 from .align import Alignment, CommonShape, Rows
 from .base import ProfileGroup, ProfileSource
 from .fine import HALF, FineProfile, Fit, fit_profile, gather, rounding_variance
-from .group import ByOrientation, Cluster, Grouping, cluster
+from .group import ByOrientation, Grouping, OrientationCluster, cluster
 
 LEAST_RANGE = 0.02  # contrast of a channel below which its profile says nothing
 CLIP = 1.5 / 255  # distance of a side from the ends of the range at which it is clipped
@@ -162,10 +162,10 @@ class Bundle:
         fits = []
         for fine, origin in zip(self.fine, shift, strict=True):
             yield next(reports)
-            fits.append(measure(fine, self.span, origin, self.floor))
+            fits.append(measured_profile(fine, self.span, origin, self.floor))
         return self.group(fits, index)
 
-    def group(self, fits: Sequence["Measured"], index: int) -> ProfileGroup:
+    def group(self, fits: Sequence["MeasuredProfile"], index: int) -> ProfileGroup:
         """The group of the profiles of all edges, without those that are not usable."""
         inside = np.array([np.isfinite(f.sides).all() and f.fit.count.min() >= 1 for f in fits])
         keep = self.usable & inside[:, None]
@@ -186,7 +186,7 @@ class Bundle:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class MeasuredProfile:
     """Profile of one edge in all channels; `sides` and `sides_variance` (C, 2)."""
 
     fit: Fit
@@ -199,7 +199,7 @@ def gathering_cluster(
     image: Image,
     edges: Sequence[Edge],
     good: Sequence[int],
-    members: Cluster,
+    members: OrientationCluster,
     reports: Iterator[Progress],
 ) -> Job[Bundle]:
     """Long job: pixels of all edges of one orientation, seen in one direction."""
@@ -210,7 +210,7 @@ def gathering_cluster(
     for number in numbers:
         yield next(reports)
         fine.append(seen_along(image, edges[number], members.orientation, span))
-        fits.append(measure(fine[-1], span, 0.0, floor))
+        fits.append(measured_profile(fine[-1], span, 0.0, floor))
     usable = np.stack([usable_channels(f) for f in fits])
     some = np.flatnonzero(usable.any(axis=1))
     return Bundle(
@@ -237,7 +237,7 @@ def seen_along(image: Image, edge: Edge, orientation: float, span: Span) -> Fine
     return found.reversed() if cos(frame.angle - orientation) < 0 else found
 
 
-def rows_of(fits: Sequence[Measured], usable: BoolArray, span: Span) -> Rows:
+def rows_of(fits: Sequence[MeasuredProfile], usable: BoolArray, span: Span) -> Rows:
     """The usable channels, shape (E, C), of all edges, for their alignment."""
     edge, channel = np.nonzero(usable)
     pairs = list(zip(edge.tolist(), channel.tolist(), strict=True))
@@ -250,7 +250,7 @@ def rows_of(fits: Sequence[Measured], usable: BoolArray, span: Span) -> Rows:
     )
 
 
-def measure(fine: FineProfile, span: Span, origin: float, floor: float) -> Measured:
+def measured_profile(fine: FineProfile, span: Span, origin: float, floor: float) -> MeasuredProfile:
     """Profile and sides of one edge about an origin, pixels along the normal."""
     fit = fit_profile(fine, span.position + origin, fine.half(span.fit), floor)
     places = np.abs(fine.place - origin)
@@ -264,10 +264,10 @@ def measure(fine: FineProfile, span: Span, origin: float, floor: float) -> Measu
         spreads.append(np.maximum(fine.square @ weight / total - mean**2, floor))
         counts.append(total)
     spread = np.stack(spreads, axis=1)
-    return Measured(fit, np.stack(means, axis=1), spread / counts, spread)
+    return MeasuredProfile(fit, np.stack(means, axis=1), spread / counts, spread)
 
 
-def usable_channels(found: Measured) -> BoolArray:
+def usable_channels(found: MeasuredProfile) -> BoolArray:
     """Channels that change across the edge and are not clipped on a side, shape (C,)."""
     # 1.4 standard deviations: less than a twelfth of the pixels beyond.
     margin = CLIP + 1.4 * np.sqrt(found.spread)

@@ -95,7 +95,7 @@ def sentences(report: Report) -> dict[str, str]:
     return said
 
 
-def table(report: Report) -> dict[str, str]:
+def figure_table(report: Report) -> dict[str, str]:
     """The figures of a report, by name, in words and units."""
     rows: dict[str, str] = {}
     if report.photo is not None:

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._version import __version__
-from .content import Report, sentences, table
-from .panels import AXES, Panel, edges_panel, rows_of
+from .content import Report, figure_table, sentences
+from .panels import AXES, Panel, edges_panel, panel_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,8 +65,8 @@ def html(report: Report) -> str:
     title = escape(report.title)
     edges = edges_panel(report)
     body = [_edges(edges)] if edges else []
-    body += [_row(panels) for panels in rows_of(report)]
-    body += [_sentences(sentences(report)), _tables(table(report))]
+    body += [_row(panels) for panels in panel_rows(report)]
+    body += [_sentences(sentences(report)), _tables(figure_table(report))]
     parts = "\n".join(body)
     return f"""<!DOCTYPE html>
 <html lang="en">

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from .._version import __version__
 from .colors import INK, PALE
-from .content import Report, sentences, table
-from .panels import Panel, edges_panel, rows_of
+from .content import Report, figure_table, sentences
+from .panels import Panel, edges_panel, panel_rows
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,9 +33,9 @@ def page(report: Report) -> "Figure":
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
-    edges, rows = edges_panel(report), rows_of(report)
+    edges, rows = edges_panel(report), panel_rows(report)
     lines = [fill(f"{k}: {v}", 128, subsequent_indent="    ") for k, v in sentences(report).items()]
-    figures = list(table(report).items())
+    figures = list(figure_table(report).items())
     heights = [_height(row) for row in rows]
     picture = min(TALLEST, (INNER - LEGEND - GAP) / edges.aspect) if edges else 0.0
     text = LINE * (sum(line.count("\n") + 1 for line in lines) + -(-len(figures) // 2)) + 2 * GAP

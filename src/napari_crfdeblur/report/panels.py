@@ -103,7 +103,7 @@ def detail_panels(report: Report) -> list[Panel]:
     ]
 
 
-def rows_of(report: Report) -> list[Sequence[Panel]]:
+def panel_rows(report: Report) -> list[Sequence[Panel]]:
     """Rows of panels below the edges; rows without any are left out."""
     rows = [curve_panels(report), photo_panels(report), detail_panels(report)]
     return [row for row in rows if row]

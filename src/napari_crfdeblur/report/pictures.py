@@ -49,7 +49,7 @@ def draw_photo(ax: "Axes", photo: Image) -> None:
     shown = (-0.5, small.shape[1] * k - 0.5, small.shape[0] * k - 0.5, -0.5)
     ax.imshow(small, extent=shown, cmap="gray", vmin=0, vmax=1, interpolation="nearest")
     ax.set(xlim=(-0.5, width - 0.5), ylim=(height - 0.5, -0.5), xticks=[], yticks=[])
-    frame(ax)
+    outline_axes(ax)
 
 
 def draw_edges(ax: "Axes", edges: Sequence[Edge], groups: Sequence[ProfileGroup] = ()) -> None:
@@ -97,7 +97,7 @@ def draw_psf(ax: "Axes", psf: FloatArray) -> None:
     ax.tick_params(labelsize=7, labelcolor=PALE, length=2, color=PALE)
     ax.locator_params(nbins=5, integer=True)
     ax.set_xlabel("pixels from the origin", fontsize=7.5, color=INK)
-    frame(ax)
+    outline_axes(ax)
 
 
 def draw_psf_field(ax: "Axes", field: PsfField) -> None:
@@ -118,7 +118,7 @@ def draw_psf_field(ax: "Axes", field: PsfField) -> None:
     for column in range(1, columns):
         ax.axvline(column * width - 1, color=PALE, linewidth=0.5)
     ax.set(xticks=[], yticks=[])
-    frame(ax)
+    outline_axes(ax)
 
 
 def _rectangle(corner: tuple[float, float], width: float, height: float) -> "Patch":
@@ -143,7 +143,7 @@ def detail(photo: Image, sharp: Image) -> tuple[slice, slice] | None:
     return slice(top, top + DETAIL[0]), slice(left, left + DETAIL[1])
 
 
-def frame(ax: "Axes") -> None:
+def outline_axes(ax: "Axes") -> None:
     """A thin gray line around the axes."""
     ax.spines[:].set(linewidth=0.5, color=PALE)
 

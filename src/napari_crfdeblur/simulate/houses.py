@@ -4,10 +4,9 @@ from collections.abc import Sequence
 from math import tau
 
 import numpy as np
+from numpy.random import Generator
 
 from .perspective import Box, Surface
-
-Generator = np.random.Generator
 
 FRAME, GLASS, SHINE = "#f7f3e8", "#2b4256", "#8fb3c7"
 ACCENTS = ("#1f6f78", "#b23a48", "#2d4a7c", "#e07a2f", "#3f6b3a", "#6a3d6e")

@@ -6,6 +6,7 @@ from math import pi
 from typing import TypeAlias
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import ArrayLike
 from scipy.special import roots_hermitenorm
 
@@ -14,8 +15,7 @@ from ..photo import to_unit
 from ..profiles.base import ProfileGroup, ProfileSource
 from .camera import Camera
 
-Generator: TypeAlias = np.random.Generator
-Levels: TypeAlias = Callable[[Generator, int], FloatArray]
+DrawLevels: TypeAlias = Callable[[Generator, int], FloatArray]
 """Draws the irradiance of the two sides, dark then bright, of J profiles: shape (J, 2)."""
 
 SMALLEST_RANGE = 0.2  # below it, an edge would not be picked
@@ -66,7 +66,7 @@ class ProfileCase:
     profiles: int = 8
     samples: int = 41
     averaged: int = 1
-    levels: Levels = any_levels
+    levels: DrawLevels = any_levels
     falling: float = 0.0
     bad: float = 0.0
 

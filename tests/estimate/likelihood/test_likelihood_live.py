@@ -72,6 +72,17 @@ def test_with_edges_more_it_is_close_to_a_full_estimate(fit, groups, number, row
     assert live.status is fit.estimate.status
 
 
+@pytest.mark.parametrize(("number", "rows"), [(0, [3]), (2, [0, 5, 13])])
+def test_the_misfit_is_that_of_the_state_it_has_come_to(fit, groups, number, rows):
+    live = fit.refit(without(groups, number, rows))
+    problem = live.found.problem
+    plain = replace(problem, weights=live.noise.weights(problem.groups))
+    misfits = np.concatenate(plain.misfits(live.found.state))
+    samples = np.concatenate([group.samples for group in problem.groups])
+    expected = np.sqrt(np.median(misfits / samples))
+    assert live.estimate.diagnostics["misfit"] == pytest.approx(expected, rel=1e-12)
+
+
 def test_edges_that_go_and_come_again_leave_no_trace(fit, groups):
     live = fit
     for number, row in ((0, 2), (1, 7), (2, 13), (0, 5)):

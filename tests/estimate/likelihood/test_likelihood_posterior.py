@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from napari_crfdeblur.estimate.likelihood.posterior import WIDENED, Posterior
+from napari_crfdeblur.estimate.likelihood.posterior import WIDENED, ResponsePosterior
 from napari_crfdeblur.response import Cameras
 
 INTENSITY = np.linspace(0, 1, 41)
@@ -14,7 +14,7 @@ def drawn(prior, seed, spread=0.3):
     """A posterior in the middle of the family, its covariance of any directions."""
     rng = np.random.default_rng(seed)
     roots = spread * rng.standard_normal((prior.size, prior.size)) / np.sqrt(prior.size)
-    return Posterior(prior, 0.3 * rng.standard_normal(prior.size), roots @ roots.T)
+    return ResponsePosterior(prior, 0.3 * rng.standard_normal(prior.size), roots @ roots.T)
 
 
 @pytest.mark.parametrize("prior", PRIORS, ids=[c.name for c in Cameras])
@@ -60,7 +60,9 @@ def test_what_is_known_of_the_next_photo_is_never_less():
     prior = Cameras.DIGITAL.prior
     light = np.linspace(0, 1, 101)
     np.testing.assert_allclose(
-        Posterior.before(prior).narrowed.deviation(light), prior.deviation(light), atol=1e-12
+        ResponsePosterior.before(prior).narrowed.deviation(light),
+        prior.deviation(light),
+        atol=1e-12,
     )
     for spread in (0.05, 0.5, 5.0):
         narrowed = drawn(prior, 2, spread).narrowed

@@ -10,7 +10,7 @@ from napari_crfdeblur.estimate import NoiseModel
 from napari_crfdeblur.estimate.likelihood.descent import descend
 from napari_crfdeblur.estimate.likelihood.evidence import edge_groups
 from napari_crfdeblur.estimate.likelihood.family import Family
-from napari_crfdeblur.estimate.likelihood.model import GroupState, State, initial, predict
+from napari_crfdeblur.estimate.likelihood.model import GroupState, ModelState, initial, predict
 from napari_crfdeblur.estimate.likelihood.problem import (
     MONOTONE_WEIGHT,
     RIDGE,
@@ -65,7 +65,7 @@ def away(problem, *, shift=0.2, size=0.3, seed=2):
     rng = np.random.default_rng(seed)
     coefficients = size * rng.standard_normal(problem.prior.size)
     start = initial(problem.groups, Family(problem.prior, 0 * coefficients))
-    return State(
+    return ModelState(
         coefficients,
         tuple(
             GroupState(
@@ -89,7 +89,7 @@ def as_state(vector, like):
     rest = list(np.split(vector, np.cumsum([a.size for a in arrays(like)])[:-1]))
     shaped = [r.reshape(a.shape) for r, a in zip(rest, arrays(like), strict=True)]
     groups = (GroupState(*shaped[i : i + 3]) for i in range(1, len(shaped), 3))
-    return State(shaped[0], tuple(groups))
+    return ModelState(shaped[0], tuple(groups))
 
 
 def arrays(state):
@@ -237,7 +237,7 @@ def test_a_group_takes_the_share_of_its_step_that_suits_it_best(system):
         moved = tuple(
             part.moved(own, change, s) for (part, own), s in zip(parts, shares, strict=True)
         )
-        assert value <= problem.value(State(found.coefficients, moved)) * (1 + 1e-12)
+        assert value <= problem.value(ModelState(found.coefficients, moved)) * (1 + 1e-12)
 
 
 def test_states_side_by_side_are_those_one_by_one(system):
@@ -284,7 +284,9 @@ def test_the_value_is_half_the_squares_of_all_residuals(groups):
     problem = problem_of(groups)
     problem = replace(problem, expected=expected_of(problem))
     state = away(problem)
-    rest = State(0 * state.coefficients, tuple(replace(g, shift=0 * g.shift) for g in state.groups))
+    rest = ModelState(
+        0 * state.coefficients, tuple(replace(g, shift=0 * g.shift) for g in state.groups)
+    )
     misfit = sum(float(m.sum()) for m in problem.misfits(rest))
     known = problem.expected[1]
     misfit += known.precision * float(np.sum((rest.groups[1].shape - known.shape) ** 2))

@@ -10,9 +10,9 @@ from napari_crfdeblur.estimate.likelihood.calibration import dependence, overcon
 from napari_crfdeblur.estimate.likelihood.descent import descend
 from napari_crfdeblur.estimate.likelihood.evidence import edge_groups
 from napari_crfdeblur.estimate.likelihood.family import Family
-from napari_crfdeblur.estimate.likelihood.model import initial
+from napari_crfdeblur.estimate.likelihood.model import initial, predict
 from napari_crfdeblur.estimate.likelihood.problem import Problem, Shift
-from napari_crfdeblur.estimate.likelihood.search import searching
+from napari_crfdeblur.estimate.likelihood.search import maximizing
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.response import Cameras
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
@@ -90,7 +90,7 @@ def test_smooth_misfits_go_together(many):
 
 def test_the_evidence_of_smooth_misfits_counts_less(many):
     def evidence(groups):
-        found = drain(searching(PRIOR, edge_groups(groups), NoiseModel(), SHIFT))
+        found = drain(maximizing(PRIOR, edge_groups(groups), NoiseModel(), SHIFT))
         assert 0 < found.evidence <= 1
         return found.evidence
 
@@ -106,7 +106,7 @@ def spoilt():
         intensity[[2, 5], 14:] *= 0.7
         groups.append(replace(group, intensity=intensity))
     edges = edge_groups(groups)
-    return drain(searching(PRIOR, edges, NoiseModel(), SHIFT))
+    return drain(maximizing(PRIOR, edges, NoiseModel(), SHIFT))
 
 
 def test_bad_edges_lose_their_weight(spoilt):
@@ -129,17 +129,27 @@ def test_many_bad_edges_do_not_lead_the_starts_astray():
         intensity = np.array(group.intensity)
         intensity[::3, 13:] = 1 - intensity[::3, 13:]
         groups.append(replace(group, intensity=intensity))
-    found = drain(searching(PRIOR, edge_groups(groups), NoiseModel(), SHIFT))
+    found = drain(maximizing(PRIOR, edge_groups(groups), NoiseModel(), SHIFT))
     light = np.linspace(0.05, 0.95, 91)
     recorded = found.problem.family(found.state).record(light)
     np.testing.assert_allclose(recorded, CURVE.to_intensity(light), atol=0.02)
 
 
 def test_a_typical_misfit_is_one(many):
-    found = drain(searching(PRIOR, edge_groups(many), FAINT, SHIFT))
+    found = drain(maximizing(PRIOR, edge_groups(many), FAINT, SHIFT))
     # Each edge has 3 unknowns of its own for 23 samples, and shares a shape.
     assert 0.8 < found.misfit < 1.1
     assert found.settled
+
+
+def test_the_misfit_is_that_of_the_state_that_is_handed_out(spoilt):
+    problem, state = spoilt.problem, spoilt.state
+    family, squares = problem.family(state), []
+    for group, own in zip(problem.groups, state.groups, strict=True):
+        residual = group.intensity - family.record(predict(group, own).light)
+        square = residual**2 / (group.variance + NoiseModel().floor ** 2)
+        squares += list(square.mean(axis=(1, 2)))  # one channel: all samples are there
+    assert spoilt.misfit == pytest.approx(np.sqrt(np.median(squares)), rel=1e-9)  # rounding
 
 
 def test_what_was_found_is_a_minimum(spoilt):

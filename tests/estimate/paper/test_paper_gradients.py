@@ -6,7 +6,7 @@ import pytest
 from napari_crfdeblur.estimate import RankMinimization, RowScale, Tail
 from napari_crfdeblur.estimate.paper import polynomial
 from napari_crfdeblur.estimate.paper.mean_profile import _distance_to_mean, distance_to
-from napari_crfdeblur.estimate.paper.rows import Rows
+from napari_crfdeblur.estimate.paper.rows import PolynomialRows
 from napari_crfdeblur.estimate.paper.search import Terms
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
@@ -65,14 +65,14 @@ def agree(function, at):
 @data_terms
 def test_gradient_of_a_data_term(data, case):
     (group,) = random_profiles(CAMERA, case, seed=2)
-    rows = Rows(group, 5)
+    rows = PolynomialRows(group, 5)
     agree(lambda a: data(rows, a), RISING)
 
 
 @data_terms
 def test_gradient_of_all_terms_over_groups_of_unlike_size(data):
     groups = random_profiles(CAMERA, TALL, seed=2) + random_profiles(CAMERA, WIDE, seed=5)
-    agree(Terms(data, 100, 10).objective([Rows(g, 5) for g in groups]), RISING)
+    agree(Terms(data, 100, 10).objective([PolynomialRows(g, 5) for g in groups]), RISING)
 
 
 @pytest.mark.parametrize("coefficients", [RISING, WAVY], ids=["rising", "wavy"])
@@ -94,7 +94,7 @@ def test_penalties_are_what_the_paper_asks_for():
 @pytest.mark.parametrize("tail", Tail)
 def test_rank_is_blind_to_an_affine_change_of_the_response(tail, scale, case):
     (group,) = random_profiles(CAMERA, case, seed=2)
-    rows, data = Rows(group, 5), RankMinimization(tail, scale)._distance
+    rows, data = PolynomialRows(group, 5), RankMinimization(tail, scale)._distance
     changed = 0.4 * RISING + 0.3 * np.eye(6)[0]
     assert data(rows, changed)[0] == pytest.approx(data(rows, RISING)[0], rel=1e-9)
 
@@ -102,7 +102,7 @@ def test_rank_is_blind_to_an_affine_change_of_the_response(tail, scale, case):
 @shapes
 def test_distance_to_the_mean_is_blind_to_an_affine_change_of_the_response(case):
     (group,) = random_profiles(CAMERA, case, seed=2)
-    rows = Rows(group, 5)
+    rows = PolynomialRows(group, 5)
     changed = 0.4 * RISING + 0.3 * np.eye(6)[0]
     expected = _distance_to_mean(rows, RISING)[0]
     assert _distance_to_mean(rows, changed)[0] == pytest.approx(expected, rel=1e-9)
@@ -111,7 +111,7 @@ def test_distance_to_the_mean_is_blind_to_an_affine_change_of_the_response(case)
 @pytest.mark.parametrize("tail", Tail)
 def test_ratio_of_singular_values_is_that_of_numpy(tail):
     (group,) = random_profiles(CAMERA, TALL, seed=2)
-    rows = Rows(group, 5)
+    rows = PolynomialRows(group, 5)
     values = np.linalg.svd(rows.raw(RISING), compute_uv=False)
     rest = values[1] if tail is Tail.SECOND else values[1:].sum()
     found, _ = RankMinimization(tail, RowScale.RAW)._distance(rows, RISING)
@@ -120,7 +120,7 @@ def test_ratio_of_singular_values_is_that_of_numpy(tail):
 
 def test_the_rows_are_those_of_the_paper():
     (group,) = random_profiles(CAMERA, WIDE, seed=2)
-    rows = Rows(group, 5)
+    rows = PolynomialRows(group, 5)
     light = np.polynomial.polynomial.polyval(group.intensity, RISING)
     sides = np.polynomial.polynomial.polyval(group.sides, RISING)
     ranges = np.diff(sides, axis=1)

@@ -2,6 +2,6 @@
 
 from .live import LiveFit
 from .method import MaximumLikelihood
-from .noise import NoiseModel
+from .noise_model import NoiseModel
 
 __all__ = ["LiveFit", "MaximumLikelihood", "NoiseModel"]

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
-from .posterior import SAMPLES, Posterior
+from .posterior import SAMPLES, ResponsePosterior
 
 # Difference of two curves, after alignment, that is no accident: in standard deviations of what
 # is known of it, and in irradiance, below which it would not matter.
@@ -27,12 +27,12 @@ def by_photo(groups: Sequence[ProfileGroup]) -> list[list[ProfileGroup]]:
     return found
 
 
-def agreeing(known: Sequence[Posterior], covered: Sequence[tuple[float, float]]) -> bool:
+def agreeing(known: Sequence[ResponsePosterior], covered: Sequence[tuple[float, float]]) -> bool:
     """Whether what each photo says alone is compatible with every other.
 
     Parameters
     ----------
-    known : sequence of Posterior
+    known : sequence of ResponsePosterior
         What each photo, or what was known before, says of the response.
     covered : sequence of (float, float)
         Range of intensity of which it speaks.
@@ -49,7 +49,7 @@ def agreeing(known: Sequence[Posterior], covered: Sequence[tuple[float, float]])
     return True
 
 
-def _difference(one: Posterior, other: Posterior, intensity: FloatArray) -> float:
+def _difference(one: ResponsePosterior, other: ResponsePosterior, intensity: FloatArray) -> float:
     """Root mean square difference of the irradiance after the best affine alignment."""
     first, second = (p.prior.curve(p.coefficients).to_irradiance(intensity) for p in (one, other))
     aligned = np.linalg.qr(np.stack([np.ones_like(first), first], axis=1)).Q

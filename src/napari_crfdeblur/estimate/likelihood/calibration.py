@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from .model import State, predict
-from .problem import Normal, Problem
+from .model import ModelState, predict
+from .problem import NormalEquations, Problem
 
 LEAST_EVIDENCE = 1e-4
 # Share of what the samples of an edge miss together that is common to all edges of a photo,
@@ -14,12 +14,12 @@ COMMON = 0.5
 NEIGHBORS = 5  # samples that are summed: an eighth of a transition
 
 
-def shared_misfit(problem: Problem, state: State) -> float:
+def shared_misfit(problem: Problem, state: ModelState) -> float:
     """Factor by which what all edges of a photo miss together lessens the evidence, at least 1."""
     return 1 + COMMON * (dependence(problem, state) - 1)
 
 
-def overconfidence(normal: Normal) -> float:
+def overconfidence(normal: NormalEquations) -> float:
     """How much more the edges scatter about the model than it expects; 1 if it is right.
 
     Edges are independent, samples of one edge are not: neighbors, channels and what is wrong
@@ -36,7 +36,7 @@ def overconfidence(normal: Normal) -> float:
     return max(scatter / max(effective, 1e-9) * len(scores) / spare, LEAST_EVIDENCE)
 
 
-def dependence(problem: Problem, state: State) -> float:
+def dependence(problem: Problem, state: ModelState) -> float:
     """How many samples, and channels, of a profile miss the model together; 1 if each by itself.
 
     Where noise is all that is left, residuals are independent. Where they go together, the

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
-from .model import State
-from .problem import Normal, Problem
+from .model import ModelState
+from .problem import NormalEquations, Problem
 
 MOST_STEPS = 40
 MOST_TRIALS = 8  # for one step: each ten times more damped, and half as long
@@ -18,25 +18,25 @@ class Descent:
 
     Parameters
     ----------
-    state : State
+    state : ModelState
         Where it ended.
     value : float
         The objective there.
-    normal : Normal
+    normal : NormalEquations
         Normal equations of the last step, which hardly moved if the search has settled.
     settled : bool
         Whether it has.
     """
 
-    state: State
+    state: ModelState
     value: float
-    normal: Normal
+    normal: NormalEquations
     settled: bool
 
 
 def descend(
     problem: Problem,
-    state: State,
+    state: ModelState,
     steps: int = MOST_STEPS,
     least_gain: float = LEAST_GAIN,
     rough: float = 0.0,

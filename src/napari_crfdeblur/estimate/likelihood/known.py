@@ -7,7 +7,7 @@ import numpy as np
 from ..._typing import FloatArray
 from ...psf.projection import project
 from .evidence import EdgeGroup
-from .model import GroupState, State
+from .model import GroupState, ModelState
 from .problem import Expected
 
 # Precision of a shape that is known: to a thousandth of the contrast, that of a rounded PSF.
@@ -16,7 +16,7 @@ SEARCHED = np.linspace(-1.0, 1.0, 81)  # places of the origin, in half-widths of
 
 
 def expected_shapes(
-    psf: FloatArray, groups: Sequence[EdgeGroup], state: State
+    psf: FloatArray, groups: Sequence[EdgeGroup], state: ModelState
 ) -> tuple[Expected, ...]:
     """Edge spread of each group, its origin where it meets the shapes found so far best.
 

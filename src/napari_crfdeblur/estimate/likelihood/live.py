@@ -8,9 +8,9 @@ from ...profiles.base import ProfileGroup
 from ..base import Finding, ResponseEstimate
 from ..identifiability import contrasted
 from .evidence import edge_groups
-from .noise import NoiseModel
+from .noise_model import NoiseModel
 from .refit import refound
-from .search import Found
+from .search import Solution
 from .verdict import assumed, judged
 
 # Least difference of the sides, in intensity. What disturbs the edges of real pictures does not
@@ -29,7 +29,7 @@ class LiveFit:
     ----------
     estimate : ResponseEstimate
         Of the profiles as they are.
-    found : Found or None
+    found : Solution or None
         Its solution; None if no edge is of any use, and the prior is the estimate.
     noise : NoiseModel
         How much a sample counts.
@@ -40,7 +40,7 @@ class LiveFit:
     """
 
     estimate: ResponseEstimate
-    found: Found | None
+    found: Solution | None
     noise: NoiseModel
     psf: FloatArray | None
     seen: bool

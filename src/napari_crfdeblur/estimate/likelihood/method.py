@@ -17,11 +17,11 @@ from ..identifiability import contrasted
 from .agreement import agreeing, by_photo
 from .evidence import edge_groups
 from .live import LEAST_CONTRAST, LiveFit
-from .noise import NoiseModel
-from .posterior import Posterior
+from .noise_model import NoiseModel
+from .posterior import ResponsePosterior
 from .problem import Shift
 from .registration import misregistration
-from .search import Found, searching
+from .search import Solution, maximizing
 from .verdict import assumed, judged
 
 
@@ -91,10 +91,10 @@ class MaximumLikelihood(ResponseFit):
             for own in photos:
                 # Alone, and with a prior that leaves it free to disagree.
                 alone = yield from self._search(Cameras.DIGITAL.prior if seen else prior, own)
-                known.append(Posterior.of(alone))
+                known.append(ResponsePosterior.of(alone))
                 covered.append(covered_range(own))
         if seen:
-            known.append(Posterior.before(prior))
+            known.append(ResponsePosterior.before(prior))
             covered.append((0.0, 1.0))
         estimate = judged(
             found,
@@ -105,6 +105,6 @@ class MaximumLikelihood(ResponseFit):
         )
         return LiveFit(estimate, found, self.noise, self.psf, seen)
 
-    def _search(self, prior: ResponsePrior, groups: Sequence[ProfileGroup]) -> Job[Found]:
+    def _search(self, prior: ResponsePrior, groups: Sequence[ProfileGroup]) -> Job[Solution]:
         shift = Shift(self.shift, self.channel_shift)
-        return (yield from searching(prior, edge_groups(groups), self.noise, shift, self.psf))
+        return (yield from maximizing(prior, edge_groups(groups), self.noise, shift, self.psf))

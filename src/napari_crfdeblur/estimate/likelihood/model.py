@@ -43,7 +43,7 @@ class GroupState:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class State:
+class ModelState:
     """All unknowns: coefficients of the response, shape (n,), and those of each group."""
 
     coefficients: FloatArray
@@ -92,9 +92,9 @@ def _slope(shape: FloatArray, step: float) -> FloatArray:
     return slope
 
 
-def initial(groups: Sequence[EdgeGroup], family: Family) -> State:
+def initial(groups: Sequence[EdgeGroup], family: Family) -> ModelState:
     """The unknowns as they follow from profiles and sides if the response were known."""
-    return State(family.coefficients, tuple(_initial(group, family) for group in groups))
+    return ModelState(family.coefficients, tuple(_initial(group, family) for group in groups))
 
 
 def _initial(group: EdgeGroup, family: Family) -> GroupState:

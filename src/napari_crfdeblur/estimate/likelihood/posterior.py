@@ -7,7 +7,7 @@ import numpy as np
 from ..._typing import FloatArray
 from ...response.prior import ResponsePrior
 from .family import Family
-from .search import Found
+from .search import Solution
 
 SAMPLES = 129  # intensities at which the error to expect is judged
 # Slope of the response, as a share of its mean, below which the irradiance is not resolved.
@@ -21,7 +21,7 @@ UNSEEN = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Posterior:
+class ResponsePosterior:
     """Coefficients of the response as a normal distribution.
 
     Parameters
@@ -40,7 +40,7 @@ class Posterior:
     covariance: FloatArray
 
     @classmethod
-    def of(cls, found: Found) -> "Posterior":
+    def of(cls, found: Solution) -> "ResponsePosterior":
         """Inverse Hessian, and the scatter of the edges: what the model expects and what is.
 
         The first knows no wrong model, the second no direction of which no edge speaks. Their
@@ -52,7 +52,7 @@ class Posterior:
         return cls(found.problem.prior, found.state.coefficients, _within_prior(inverse + scatter))
 
     @classmethod
-    def before(cls, prior: ResponsePrior) -> "Posterior":
+    def before(cls, prior: ResponsePrior) -> "ResponsePosterior":
         """The prior itself."""
         return cls(prior, np.zeros(prior.size), np.eye(prior.size))
 

@@ -19,7 +19,7 @@ from ..._typing import FloatArray
 from ...response.prior import ResponsePrior
 from .evidence import EdgeGroup
 from .family import Family
-from .model import GroupState, State, predict
+from .model import GroupState, ModelState, predict
 
 MONOTONE_WEIGHT = 1.0  # a curve that is level where it should rise costs half a unit a step
 # Added to the diagonals of what is eliminated, far below what any profile says: a shape that no
@@ -96,23 +96,25 @@ class Problem:
     shift: Shift
     expected: Sequence[Expected | None]
 
-    def family(self, state: State) -> Family:
+    def family(self, state: ModelState) -> Family:
         """The response of a state."""
         return Family(self.prior, state.coefficients)
 
-    def misfits(self, state: State) -> list[FloatArray]:
+    def misfits(self, state: ModelState) -> list[FloatArray]:
         """Weighted sum of squared residuals of each edge, shape (E,), for each group."""
         family = self.family(state)
         parts = zip(self.groups, self.weights, state.groups, strict=True)
         return [_misfit(family, *part) for part in parts]
 
-    def value(self, state: State) -> float:
+    def value(self, state: ModelState) -> float:
         """What is minimized."""
         family = self.family(state)
         parts = zip(self.groups, self.weights, self.expected, state.groups, strict=True)
         return _improbable(family) + sum(float(self._costs(family, *part)) for part in parts)
 
-    def lowest(self, normal: "Normal", state: State, change: FloatArray) -> tuple[State, float]:
+    def lowest(
+        self, normal: "NormalEquations", state: ModelState, change: FloatArray
+    ) -> tuple[ModelState, float]:
         """The state after a change of the coefficients, and its value.
 
         Of its own step, each group takes as much as suits it best: groups depend on each other
@@ -129,7 +131,7 @@ class Problem:
             best = int(np.argmin(costs))
             total += float(costs[best])
             found.append(moved.at(best))
-        return State(family.coefficients, tuple(found)), total
+        return ModelState(family.coefficients, tuple(found)), total
 
     def _costs(
         self,
@@ -147,7 +149,7 @@ class Problem:
             total = total + known.precision * np.sum((own.shape - known.shape) ** 2, axis=-1)
         return np.asarray(total / 2)
 
-    def normal(self, state: State) -> "Normal":
+    def normal(self, state: ModelState) -> "NormalEquations":
         """Normal equations about a state, reduced to the coefficients."""
         family = self.family(state)
         _, slope, curvature = family.penalty(MONOTONE_WEIGHT)
@@ -159,7 +161,7 @@ class Problem:
         ]
         hessian = np.eye(self.prior.size) + curvature + sum(p.hessian for p in parts)
         gradient = state.coefficients + slope + sum(p.gradient for p in parts)
-        return Normal(hessian, gradient, tuple(parts))
+        return NormalEquations(hessian, gradient, tuple(parts))
 
     def _reduced(
         self,
@@ -276,7 +278,7 @@ class GroupNormal:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Normal:
+class NormalEquations:
     """Normal equations of the coefficients.
 
     Parameters
@@ -295,7 +297,7 @@ class Normal:
         damped = self.hessian + damping * np.diag(np.diag(self.hessian))
         return np.asarray(-share * np.linalg.solve(damped, self.gradient))
 
-    def step(self, state: State, damping: float, share: float) -> State:
+    def step(self, state: ModelState, damping: float, share: float) -> ModelState:
         """The state after a share of a damped Gauss-Newton step (Levenberg and Marquardt).
 
         Damped are the coefficients; the share shortens the step of all that was eliminated, too.
@@ -303,7 +305,7 @@ class Normal:
         change = self.change(damping, share)
         parts = zip(self.groups, state.groups, strict=True)
         moved = tuple(part.moved(own, change, share) for part, own in parts)
-        return State(state.coefficients + change, moved)
+        return ModelState(state.coefficients + change, moved)
 
     @property
     def scores(self) -> FloatArray:

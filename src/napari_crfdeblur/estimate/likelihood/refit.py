@@ -11,10 +11,10 @@ from .descent import descend
 from .evidence import EdgeGroup
 from .family import Family
 from .known import expected_shapes
-from .model import GroupState, State, initial
-from .noise import NoiseModel
+from .model import GroupState, ModelState, initial
+from .noise_model import NoiseModel
 from .problem import Expected, Problem
-from .search import Found, typical_misfit, weighted
+from .search import Solution, plain_misfits, typical_misfit, weighted
 
 STEPS = 2
 # Of the objective: a step that gains less moves nothing by much more than its standard deviation
@@ -52,8 +52,8 @@ class _Carried:
 
 
 def refound(
-    found: Found, groups: Sequence[EdgeGroup], noise: NoiseModel, psf: FloatArray | None = None
-) -> Found | None:
+    found: Solution, groups: Sequence[EdgeGroup], noise: NoiseModel, psf: FloatArray | None = None
+) -> Solution | None:
     """The solution for other profiles, from that of some of which most are the same.
 
     Edges that are known go on from their own unknowns, the others from those that suit the
@@ -63,7 +63,7 @@ def refound(
 
     Parameters
     ----------
-    found : Found
+    found : Solution
         The last solution.
     groups : sequence of EdgeGroup
         The profiles now.
@@ -74,7 +74,7 @@ def refound(
 
     Returns
     -------
-    Found or None
+    Solution or None
         None if less than half of the edges are known: the way may be far then, and it takes a
         search to find it.
     """
@@ -88,14 +88,14 @@ def refound(
     ):
         return None
     problem = replace(found.problem, groups=groups, weights=noise.weights(groups))
-    start = State(family.coefficients, _settled(problem, family, carried))
+    start = ModelState(family.coefficients, _settled(problem, family, carried))
     problem = replace(problem, expected=_expectations(carried, start, psf))
     plain = problem.misfits(start)
     trust = [noise.trust(group, misfit) for group, misfit in zip(groups, plain, strict=True)]
     problem = weighted(problem, noise, trust, found.evidence)
     end = descend(problem, start, STEPS, ENOUGH)
-    misfit = typical_misfit(groups, plain)
-    return Found(problem, end.state, end.normal, found.evidence, misfit, found.settled)
+    misfit = typical_misfit(groups, plain_misfits(problem, noise, end.state))
+    return Solution(problem, end.state, end.normal, found.evidence, misfit, found.settled)
 
 
 def _places(
@@ -146,7 +146,7 @@ def _same_kind(old: EdgeGroup, new: EdgeGroup) -> bool:
 
 
 def _carried(
-    found: Found, group: EdgeGroup, known: Sequence[tuple[int, int] | None], family: Family
+    found: Solution, group: EdgeGroup, known: Sequence[tuple[int, int] | None], family: Family
 ) -> _Carried:
     votes = Counter(place[0] for place in known if place)
     if not votes:
@@ -187,7 +187,7 @@ def _settled(
     own = [replace(e.state, light=e.state.light[e.new], shift=e.state.shift[e.new]) for e in some]
     still = np.zeros_like(family.coefficients)
     for _ in range(STEPS):
-        parts = part.normal(State(family.coefficients, tuple(own))).groups if own else ()
+        parts = part.normal(ModelState(family.coefficients, tuple(own))).groups if own else ()
         own = [each.moved(state, still, 1.0) for each, state in zip(parts, own, strict=True)]
     states = [each.state for each in carried]
     for number, state in zip(numbers, own, strict=True):
@@ -202,12 +202,13 @@ def _with_rows(state: GroupState, carried: _Carried, new: GroupState) -> GroupSt
 
 
 def _expectations(
-    carried: Sequence[_Carried], state: State, psf: FloatArray | None
+    carried: Sequence[_Carried], state: ModelState, psf: FloatArray | None
 ) -> list[Expected | None]:
     """The shapes that a known PSF gives; those of groups that are known are known, too."""
     if psf is None:
         return [None] * len(carried)
     return [
-        each.expected or expected_shapes(psf, [each.group], State(state.coefficients, (own,)))[0]
+        each.expected
+        or expected_shapes(psf, [each.group], ModelState(state.coefficients, (own,)))[0]
         for each, own in zip(carried, state.groups, strict=True)
     ]

@@ -13,17 +13,17 @@ from ..._typing import FloatArray, Image
 from .evidence import EdgeGroup
 from .model import GroupState
 from .problem import Shift
-from .search import Found
+from .search import Solution
 
 FREE = 1.0  # standard deviation of a channel's place in pixels that hardly binds it
 
 
-def misregistration(found: Found) -> FloatArray:
+def misregistration(found: Solution) -> FloatArray:
     """Displacement of each channel from their mean, in (row, column) pixels.
 
     Parameters
     ----------
-    found : Found
+    found : Solution
         The most probable response, with the shift of each channel of each edge. They are found
         again, hardly bound, by one step of Gauss and Newton.
 

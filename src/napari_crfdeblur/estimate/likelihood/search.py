@@ -14,9 +14,9 @@ from .descent import Descent, descend
 from .evidence import EdgeGroup
 from .family import Family
 from .known import expected_shapes
-from .model import State, initial
-from .noise import NoiseModel
-from .problem import Normal, Problem, Shift
+from .model import ModelState, initial
+from .noise_model import NoiseModel
+from .problem import NormalEquations, Problem, Shift
 
 # Starts: the mean of the prior, and both ways along its two main directions.
 CORNERS = ((0.0, 0.0), *product((-1.5, 1.5), (-1.0, 1.0)))
@@ -31,40 +31,41 @@ ROUGH = 3e-3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class Solution:
     """The most probable response and what led to it.
 
     Parameters
     ----------
     problem : Problem
         As it was at last, with its weights.
-    state : State
+    state : ModelState
         Its minimum.
-    normal : Normal
+    normal : NormalEquations
         Normal equations there.
     evidence : float
         Share of the samples that count, in (0, 1].
     misfit : float
-        Root mean square of the residuals of a typical edge, in standard deviations of its noise.
+        Root mean square of the residuals of a typical edge at the minimum, in standard deviations
+        of its noise.
     settled : bool
         Whether the search came to an end.
     """
 
     problem: Problem
-    state: State
-    normal: Normal
+    state: ModelState
+    normal: NormalEquations
     evidence: float
     misfit: float
     settled: bool
 
 
-def searching(
+def maximizing(
     prior: ResponsePrior,
     groups: Sequence[EdgeGroup],
     noise: NoiseModel,
     shift: Shift,
     psf: FloatArray | None = None,
-) -> Job[Found]:
+) -> Job[Solution]:
     """Long job: the most probable response given profiles, and the PSF if it is known."""
     problem = Problem(prior, groups, noise.weights(groups), shift, [None] * len(groups))
     if psf is not None:
@@ -75,7 +76,7 @@ def searching(
     trust: list[FloatArray] = []
     for number in range(ROUNDS):
         yield Progress("response", number, ROUNDS)
-        plain = replace(problem, weights=noise.weights(groups)).misfits(best.state)
+        plain = plain_misfits(problem, noise, best.state)
         trust = [noise.trust(g, misfit) for g, misfit in zip(groups, plain, strict=True)]
         if psf is not None:
             problem = replace(problem, expected=expected_shapes(psf, groups, best.state))
@@ -86,8 +87,13 @@ def searching(
     evidence = max(evidence / shared_misfit(problem, best.state), LEAST_EVIDENCE)
     problem = weighted(problem, noise, trust, evidence)
     best = descend(problem, best.state)
-    misfit = typical_misfit(groups, plain)
-    return Found(problem, best.state, best.normal, evidence, misfit, best.settled)
+    misfit = typical_misfit(groups, plain_misfits(problem, noise, best.state))
+    return Solution(problem, best.state, best.normal, evidence, misfit, best.settled)
+
+
+def plain_misfits(problem: Problem, noise: NoiseModel, state: ModelState) -> list[FloatArray]:
+    """Sum of squared residuals of each edge over their variances, whatever its weight."""
+    return replace(problem, weights=noise.weights(problem.groups)).misfits(state)
 
 
 def typical_misfit(groups: Sequence[EdgeGroup], misfits: Sequence[FloatArray]) -> float:
@@ -125,8 +131,8 @@ def _starting(problem: Problem, noise: NoiseModel) -> Job[Descent]:
 
 
 def _tempering(
-    problem: Problem, noise: NoiseModel, state: State, rounds: int, steps: int
-) -> tuple[float, State]:
+    problem: Problem, noise: NoiseModel, state: ModelState, rounds: int, steps: int
+) -> tuple[float, ModelState]:
     """Where a few steps lead, with weights that follow the misfits; and how unlikely that is."""
     for _ in range(rounds):
         own, _ = _tempered(problem, noise, state)
@@ -134,14 +140,14 @@ def _tempering(
     return _tempered(problem, noise, state)[1], state
 
 
-def _tempered(problem: Problem, noise: NoiseModel, state: State) -> tuple[Problem, float]:
+def _tempered(problem: Problem, noise: NoiseModel, state: ModelState) -> tuple[Problem, float]:
     """The problem as if noise were what the typical edge misses; and how unlikely the state is.
 
     Far from the minimum all edges fit badly: against their noise, those that happen to fit a
     wrong response would count alone. Bad edges, on the other hand, would lead all others
     astray if they counted in full.
     """
-    plain = replace(problem, weights=noise.weights(problem.groups)).misfits(state)
+    plain = plain_misfits(problem, noise, state)
     scale = max(typical_misfit(problem.groups, plain) ** 2, 1.0)
     trust, unlikely = [], float(state.coefficients @ state.coefficients)
     for group, misfit in zip(problem.groups, plain, strict=True):

@@ -11,8 +11,8 @@ from ...response import ResponseCurve, ResponsePrior, Tabulated
 from ..band import BAND_SAMPLES, TWO_SIDED_95, covered_range
 from ..base import Finding, ResponseEstimate, ResponseStatus
 from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
-from .posterior import Posterior
-from .search import Found
+from .posterior import ResponsePosterior
+from .search import Solution
 
 FEW = 6  # edges
 BORDER = 0.05  # of intensity, over which the slope at the end of what is covered is taken
@@ -27,7 +27,7 @@ FAR_APART = 0.75
 
 
 def judged(
-    found: Found,
+    found: Solution,
     groups: Sequence[ProfileGroup],
     *,
     seen: bool,
@@ -38,7 +38,7 @@ def judged(
 
     Parameters
     ----------
-    found : Found
+    found : Solution
         The search.
     groups : sequence of ProfileGroup
         The profiles it was given.
@@ -51,8 +51,8 @@ def judged(
     """
     prior = found.problem.prior
     covered = covered_range(groups)
-    before = Posterior.before(prior)
-    after = Posterior.of(found)
+    before = ResponsePosterior.before(prior)
+    after = ResponsePosterior.of(found)
     error, known = after.expected_error(covered), before.expected_error(covered)
     apart = _apart(found)
     doubts = {
@@ -78,7 +78,7 @@ def judged(
 
 def assumed(prior: ResponsePrior) -> ResponseEstimate:
     """The prior, for a photo without any edge that could say more."""
-    before, everything = Posterior.before(prior), (0.0, 1.0)
+    before, everything = ResponsePosterior.before(prior), (0.0, 1.0)
     diagnostics = {
         "error to expect": before.expected_error(everything),
         "share of the prior's": 1.0,
@@ -91,7 +91,7 @@ def assumed(prior: ResponsePrior) -> ResponseEstimate:
 
 
 def _handed_out(
-    chosen: Posterior,
+    chosen: ResponsePosterior,
     covered: tuple[float, float],
     status: ResponseStatus,
     findings: tuple[Finding, ...],
@@ -175,7 +175,7 @@ def _with_slopes(curve: Tabulated, slopes: FloatArray) -> Tabulated:
     return Tabulated(light / light[-1], curve.intensity)
 
 
-def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> ResponseStatus:
+def _status(found: Solution, told: bool, findings: tuple[Finding, ...]) -> ResponseStatus:
     if not told:
         return ResponseStatus.CANNOT_TELL
     if not found.settled:
@@ -184,7 +184,7 @@ def _status(found: Found, told: bool, findings: tuple[Finding, ...]) -> Response
 
 
 def _doubts(
-    found: Found, covered: tuple[float, float], error: float, apart: float
+    found: Solution, covered: tuple[float, float], error: float, apart: float
 ) -> dict[Finding, bool]:
     """What speaks against a response, and whether it is so."""
     known = any(expected is not None for expected in found.problem.expected)
@@ -197,7 +197,7 @@ def _doubts(
     }
 
 
-def _apart(found: Found) -> float:
+def _apart(found: Solution) -> float:
     """Collinearity of the profiles under the most probable response."""
     pairs = zip(found.problem.groups, found.state.groups, strict=True)
     light = [own.light[group.present] for group, own in pairs]

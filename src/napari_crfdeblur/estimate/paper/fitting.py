@@ -13,8 +13,8 @@ from ..band import BAND_SAMPLES, band, covered_range, share_of_prior
 from ..base import ResponseEstimate, ResponseStatus
 from ..identifiability import LEAST_COLLINEARITY, LEAST_COVERED, collinearity
 from . import polynomial
-from .rows import Rows
-from .search import Found, Terms, resampling, search
+from .rows import PolynomialRows
+from .search import Minimum, Terms, resampling, search
 
 # Its band over that range, as a share of the prior's: edges that leave half of what is not
 # known of any camera say little.
@@ -68,7 +68,7 @@ def fitting(
     `least_apart` leave the estimate in doubt.
     """
     yield Progress("response", 0, 1)
-    rows = [Rows(g, fit.degree) for g in groups]
+    rows = [PolynomialRows(g, fit.degree) for g in groups]
     means = [polynomial.dorf_mean_coefficients(fit.degree, power) for power in starts]
     found = search(terms.objective(rows), *means)
     if not polynomial.rises(found.coefficients):
@@ -82,7 +82,7 @@ def fitting(
 
 
 def _estimate(
-    rows: Sequence[Rows], found: Found, again: FloatArray, least_apart: float
+    rows: Sequence[PolynomialRows], found: Minimum, again: FloatArray, least_apart: float
 ) -> ResponseEstimate:
     groups = [r.group for r in rows]
     curve = polynomial.as_curve(found.coefficients)
@@ -114,7 +114,7 @@ def _estimate(
 
 
 def _status(
-    found: Found, able: bool, covered: tuple[float, float], narrowed: float
+    found: Minimum, able: bool, covered: tuple[float, float], narrowed: float
 ) -> ResponseStatus:
     if not found.converged:
         return ResponseStatus.NOT_CONVERGED

@@ -16,7 +16,7 @@ from ..identifiability import contrasted
 from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
 from .mean_profile import distance_to
-from .rows import Rows
+from .rows import PolynomialRows
 from .search import Terms
 
 # Step between the shifts that are tried to lay a profile on the edge spread, in pixels: an
@@ -73,7 +73,7 @@ class KnownPsf(ResponseFit):
             yield Progress("response", 0, 1)
             spreads[_key(group)] = self._spreads(group)
 
-        def distance(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
+        def distance(rows: PolynomialRows, coefficients: FloatArray) -> tuple[float, FloatArray]:
             candidates = spreads[_key(rows.group)]
             profiles = rows.scaled(coefficients)
             mismatch = np.sum(candidates**2, axis=1) - 2 * profiles @ candidates.T

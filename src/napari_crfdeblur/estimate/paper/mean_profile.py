@@ -12,7 +12,7 @@ from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import comparable
 from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
-from .rows import Rows
+from .rows import PolynomialRows
 from .search import Terms
 
 
@@ -42,7 +42,7 @@ class MeanProfile(ResponseFit):
         return (yield from fitting(usable, terms, self.polynomial))
 
 
-def _distance_to_mean(rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
+def _distance_to_mean(rows: PolynomialRows, coefficients: FloatArray) -> tuple[float, FloatArray]:
     profiles = rows.scaled(coefficients)
     # The mean is where the sum is smallest, so that its own change does not count.
     mean = np.average(profiles, axis=0, weights=np.abs(rows.ranges(coefficients)))
@@ -50,7 +50,7 @@ def _distance_to_mean(rows: Rows, coefficients: FloatArray) -> tuple[float, Floa
 
 
 def distance_to(
-    spread: FloatArray, rows: Rows, coefficients: FloatArray
+    spread: FloatArray, rows: PolynomialRows, coefficients: FloatArray
 ) -> tuple[float, FloatArray]:
     """Mean of ``(p_j(m) - s(m))^2`` weighted by ``|w_j|``, and its gradient at a fixed `s`.
 
@@ -61,7 +61,7 @@ def distance_to(
     ----------
     spread : ndarray, shape (M,) or (J, M)
         The edge spread `s`, common or one for each profile.
-    rows : Rows
+    rows : PolynomialRows
         Profiles of one group.
     coefficients : ndarray, shape (n + 1,)
         Of the polynomial inverse response.

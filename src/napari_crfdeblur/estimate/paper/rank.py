@@ -13,7 +13,7 @@ from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import comparable
 from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
-from .rows import Rows
+from .rows import PolynomialRows
 from .search import Terms
 
 # Powers of the DoRF mean from which the search for rows of equal weight starts. Raw rows keep
@@ -68,7 +68,7 @@ class RankMinimization(ResponseFit):
         starts = (1.0,) if self.scale is RowScale.RAW else STARTS
         return (yield from fitting(usable, terms, self.polynomial, starts=starts))
 
-    def _distance(self, rows: Rows, coefficients: FloatArray) -> tuple[float, FloatArray]:
+    def _distance(self, rows: PolynomialRows, coefficients: FloatArray) -> tuple[float, FloatArray]:
         ratio = _second_over_first if self.tail is Tail.SECOND else _rest_over_first
         if self.scale is RowScale.RAW:
             value, change = ratio(rows.raw(coefficients))

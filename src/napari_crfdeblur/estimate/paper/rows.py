@@ -14,7 +14,7 @@ SMALLEST_RANGE = 1e-4
 
 
 @dataclass(frozen=True)
-class Rows:
+class PolynomialRows:
     """Powers of the profiles of one group, so that all else is linear in the coefficients.
 
     Row j is ``g(I_j(m)) - l_j``, its range ``w_j = g(far side) - g(near side)``, negative for

@@ -10,13 +10,13 @@ from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Progress
 from . import polynomial
-from .rows import Rows
+from .rows import PolynomialRows
 
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
 Objective = Callable[[FloatArray], tuple[float, FloatArray]]
-GroupObjective = Callable[[Rows, FloatArray], tuple[float, FloatArray]]
+GroupObjective = Callable[[PolynomialRows, FloatArray], tuple[float, FloatArray]]
 
 MOST_STEPS = 500  # of BFGS; from the DoRF mean it needs 20 to 60
 GRADIENT_TOLERANCE = 1e-8
@@ -30,7 +30,7 @@ ROUGH_GAIN = 0.3  # while starts are compared
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class Minimum:
     """End of a search: the coefficients `a`, the value of the objective, whether it ended."""
 
     coefficients: FloatArray
@@ -46,7 +46,7 @@ class Terms:
     boundary_weight: float
     monotone_weight: float
 
-    def objective(self, rows: Sequence[Rows]) -> Objective:
+    def objective(self, rows: Sequence[PolynomialRows]) -> Objective:
         """The sum of the terms and its gradient, a function of the coefficients.
 
         The groups count by their number of profiles.
@@ -68,7 +68,7 @@ class Terms:
         return value_and_gradient
 
 
-def search(objective: Objective, *starts: FloatArray) -> Found:
+def search(objective: Objective, *starts: FloatArray) -> Minimum:
     """Minimize an objective of the coefficients by BFGS.
 
     Several starts are each followed a short way, the lowest to its end.
@@ -79,7 +79,7 @@ def search(objective: Objective, *starts: FloatArray) -> Found:
     return _descend(objective, min(ways, key=lambda w: w.value).coefficients, LEAST_GAIN)
 
 
-def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Found:
+def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Minimum:
     from scipy.optimize import minimize  # loads in a third of a second
 
     change = polynomial.well_scaled(start.size - 1)
@@ -98,7 +98,7 @@ def _descend(objective: Objective, start: FloatArray, least_gain: float) -> Foun
     )
     coefficients = change @ end.x
     ended = end.status != OUT_OF_STEPS and polynomial.rises(coefficients)
-    return Found(coefficients, float(end.fun), ended)
+    return Minimum(coefficients, float(end.fun), ended)
 
 
 def _stop_when_settled(least_gain: float) -> Callable[["OptimizeResult"], None]:
@@ -113,7 +113,7 @@ def _stop_when_settled(least_gain: float) -> Callable[["OptimizeResult"], None]:
 
 
 def resampling(
-    terms: Terms, groups: Sequence[ProfileGroup], found: Found, resamples: int
+    terms: Terms, groups: Sequence[ProfileGroup], found: Minimum, resamples: int
 ) -> Generator[Progress, None, FloatArray]:
     """Coefficients found again from edges drawn with replacement, shape (R, n + 1).
 
@@ -125,7 +125,7 @@ def resampling(
     again = []
     for number in range(resamples):
         yield Progress("band of the response", number, resamples)
-        drawn = [Rows(group, degree) for group in _redraw(groups, random)]
+        drawn = [PolynomialRows(group, degree) for group in _redraw(groups, random)]
         one = search(terms.objective(drawn), found.coefficients) if drawn else None
         if one is not None and one.converged:
             again.append(one.coefficients)

@@ -7,7 +7,7 @@ from scipy import ndimage
 
 from ..._typing import BoolArray, FloatArray
 from .edge_prediction import gradient
-from .pyramid import contrast, scaled
+from .pyramid import scaled, step_contrast
 
 LEAST_USABLE = 0.25  # of the gradients: what is left of fewer tells no PSF
 
@@ -49,7 +49,7 @@ class Blurred:
         CrfDeblurError
             No contrast but noise.
         """
-        plane = np.asarray(light / np.float32(contrast(light)), dtype=np.float32)
+        plane = np.asarray(light / np.float32(step_contrast(light)), dtype=np.float32)
         return cls(plane, None if clipped is None else _usable(plane, clipped, size))
 
     def gradient(self) -> FloatArray:

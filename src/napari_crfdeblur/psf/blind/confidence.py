@@ -7,8 +7,8 @@ from ..base import PsfStatus
 from ..misfit import misfit
 from .blurred import Blurred
 from .edge_prediction import EdgePredictor
+from .gradient_noise import noise_of_gradients
 from .kernel_fit import KernelFit
-from .noise import noise_of_gradients
 
 WEAKEST = 9e-4  # weight of a step's existence: steps of 3 % of the contrast are predicted
 SMOOTHNESS = 3.5  # of the PSFs that parts of the picture give, for contrast 1
@@ -73,7 +73,7 @@ def diagnose(blurred: Blurred, psf: FloatArray) -> dict[str, float]:
     }
 
 
-def judge(figures: dict[str, float]) -> PsfStatus:
+def judge_agreement(figures: dict[str, float]) -> PsfStatus:
     """Status that the agreement between the parts of the picture permits."""
     good = (
         figures["halves"] >= LEAST_BETWEEN_HALVES

@@ -11,10 +11,10 @@ from ...progress import Job, Progress
 from ..base import Evidence, PsfEstimate, PsfEstimator, centered
 from .blurred import Blurred
 from .colors import gray_of
-from .confidence import diagnose, judge
-from .region import Overview
+from .confidence import diagnose, judge_agreement
+from .overview import Overview
 from .search import Search
-from .size import cut, finding_size, odd
+from .size import finding_size, is_cut, odd_size
 from .two_phases import searching
 
 NARROW = 10  # sizes of the PSF: a region that is wide enough to judge its size
@@ -32,7 +32,7 @@ class BlindEstimator(PsfEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:class:`~.region.Overview`).
+        that is more (:class:`~.overview.Overview`).
     """
 
     size: int | None = None
@@ -72,7 +72,7 @@ def estimating_blindly(
     """Long job: find a PSF with `search`, and everything around it.
 
     Color becomes the gray of greatest contrast (:func:`~.colors.gray_of`); of a large photo the
-    most informative square is searched (:class:`~.region.Overview`), but not what
+    most informative square is searched (:class:`~.overview.Overview`), but not what
     lies near clipped pixels (:class:`~.blurred.Blurred`); the PSF is centered, and judged by
     whether parts of the picture agree on it (:func:`~.confidence.diagnose`).
 
@@ -104,7 +104,7 @@ def estimating_blindly(
         blurred = light.around(size)
         psf = yield from search(blurred, size)
     figures = diagnose(blurred, psf)
-    return PsfEstimate(centered(np.asarray(psf, np.float64)), judge(figures), figures)
+    return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_agreement(figures), figures)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,8 +144,8 @@ def _unsized(light: _Light, search: Search) -> Job[tuple[FloatArray, Blurred]]:
     for _ in range(TRIES):
         blurred = light.around(size)
         psf = yield from search(blurred, size)
-        larger = odd(GROWTH * size, light.largest)
-        if not cut(psf) or larger <= size:
+        larger = odd_size(GROWTH * size, light.largest)
+        if not is_cut(psf) or larger <= size:
             break
         size = larger
     return psf, blurred

@@ -47,10 +47,10 @@ class KernelFit:
         cross = fft.irfft2((np.conj(edges) * measured).sum(axis=0), padded)
         small = fast_shape((3 * size, 3 * size))
         grid = np.zeros(small)
-        grid[: 2 * size - 1, : 2 * size - 1] = _around_origin(own, size - 1)
+        grid[: 2 * size - 1, : 2 * size - 1] = around_origin(own, size - 1)
         grid = np.roll(grid, (1 - size, 1 - size), axis=(0, 1))
         energy = float(np.square(blurred, dtype=np.float64).sum())
-        return cls(forward(grid), _around_origin(cross, size // 2).astype(np.float64), energy)
+        return cls(forward(grid), around_origin(cross, size // 2).astype(np.float64), energy)
 
     def blurred_twice(self, psf: FloatArray) -> FloatArray:
         """``a * k``, the gradient of the quadratic term, within the support."""
@@ -104,7 +104,7 @@ def support(psf: FloatArray) -> BoolArray:
     return psf > (values[jumps[0]] if jumps.size else 0)
 
 
-def _around_origin(periodic: FloatArray, reach: int) -> FloatArray:
+def around_origin(periodic: FloatArray, reach: int) -> FloatArray:
     """The values up to `reach` pixels around the origin of a periodic plane."""
-    side = 2 * reach + 1
-    return np.roll(periodic, (reach, reach), axis=(0, 1))[:side, :side]
+    rows, columns = (np.arange(-reach, reach + 1) % side for side in periodic.shape)
+    return periodic[np.ix_(rows, columns)]

@@ -45,7 +45,7 @@ def recentered(psf: FloatArray) -> FloatArray:
     return np.asarray(moved / moved.sum())
 
 
-def contrast(plane: FloatArray) -> float:
+def step_contrast(plane: FloatArray) -> float:
     """Range between the darkest and the brightest half percent: the scale of its steps.
 
     White noise loses four fifths of it in means of 5 x 5 pixels, a blurred picture very

@@ -57,15 +57,15 @@ def finding_size(look: Callable[[int], Blurred], search: Search, largest: int) -
             extent = min(extent, seen)
         elif extent < inf:
             break
-    return odd(min(ROOM * extent + MARGIN, largest), largest)
+    return odd_size(min(ROOM * extent + MARGIN, largest), largest)
 
 
-def cut(psf: FloatArray) -> bool:
+def is_cut(psf: FloatArray) -> bool:
     """Whether a PSF reaches so far that its array can have cut it."""
     return extent_of(psf) > TOUCHING * len(psf)
 
 
-def odd(size: float, largest: int) -> int:
+def odd_size(size: float, largest: int) -> int:
     """The next odd size, within 3 and `largest`."""
     return max(min(int(np.ceil(size)) | 1, (largest - 1) | 1), 3)
 
@@ -83,7 +83,7 @@ def _seen(blurred: Blurred, search: Search, size: int) -> Job[float]:
 
 def _sizes(largest: int) -> list[int]:
     """From the largest that the photo permits to the smallest."""
-    return [size for size in SIZES if size <= largest] or [odd(largest, largest)]
+    return [size for size in SIZES if size <= largest] or [odd_size(largest, largest)]
 
 
 def _core(profile: FloatArray) -> int:

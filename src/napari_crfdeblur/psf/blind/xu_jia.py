@@ -36,7 +36,7 @@ class XuJia(BlindEstimator):
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
         that is more; of larger pictures the most informative square is taken
-        (:class:`~.region.Overview`).
+        (:class:`~.overview.Overview`).
     """
 
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:

@@ -12,11 +12,11 @@ from ...fourier import Shape
 from ...progress import Job, Progress, drain, nth
 from ..base import Evidence, PsfEstimate, PsfEstimator, PsfStatus
 from ..blind.estimation import BlindEstimator
-from ..blind.size import extent_of, odd
+from ..blind.size import extent_of, odd_size
 from .base import PsfField, offset_from_middle, part_centers
 from .poses import Poses, fit_poses, turns_within
 
-Grid = tuple[int, int]
+PartGrid = tuple[int, int]
 
 OVERLAP = 1.4  # sides of a part: the window in which its PSF is looked for
 ROOM = 1.6  # times the extent of the PSF of the whole: the array in which those of parts are
@@ -33,7 +33,7 @@ LEAST_COSINE, AGREEING = 0.3, 0.75  # to what the motion says: counts for nothin
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Found:
+class _PartPsfs:
     """What the search in all parts gives: PSFs (P, S, S), their weights, offsets (P, 2)."""
 
     psfs: FloatArray
@@ -55,7 +55,7 @@ def estimating_psf_field(
     method: PsfEstimator,
     whole: PsfEstimate,
     *,
-    grid: int | Grid,
+    grid: int | PartGrid,
     clipped: BoolArray | None = None,
 ) -> Job[PsfField]:
     """Job of :func:`estimate_psf_field`: reports progress, can be stopped."""
@@ -77,7 +77,7 @@ def estimate_psf_field(
     method: PsfEstimator,
     whole: PsfEstimate,
     *,
-    grid: int | Grid,
+    grid: int | PartGrid,
     clipped: BoolArray | None = None,
 ) -> PsfField:
     """Find how the PSF of a picture varies from part to part.
@@ -110,7 +110,7 @@ def estimate_psf_field(
     return drain(estimating_psf_field(linear, method, whole, grid=grid, clipped=clipped))
 
 
-def grid_of(regions: int | Grid, shape: Shape) -> Grid:
+def grid_of(regions: int | PartGrid, shape: Shape) -> PartGrid:
     """Rows and columns of parts: as given, or about square parts, so many on the longer side."""
     if isinstance(regions, int):
         side = max(shape) / max(regions, 1)
@@ -122,10 +122,10 @@ def grid_of(regions: int | Grid, shape: Shape) -> Grid:
     return grid
 
 
-def _size(whole: FloatArray, shape: Shape, grid: Grid) -> int:
+def _size(whole: FloatArray, shape: Shape, grid: PartGrid) -> int:
     """Size of the PSFs of parts: they can be longer than that of the whole."""
     narrowest = min(side / count for side, count in zip(shape, grid, strict=True))
-    size = odd(ROOM * extent_of(whole), max(whole.shape) * 2)
+    size = odd_size(ROOM * extent_of(whole), max(whole.shape) * 2)
     if narrowest < LEAST_SIDE * size:
         raise CrfDeblurError(
             f"parts of {narrowest:.0f} pixels are too small to find PSFs of {size} pixels in "
@@ -134,7 +134,7 @@ def _size(whole: FloatArray, shape: Shape, grid: Grid) -> int:
     return size
 
 
-def _windows(shape: Shape, grid: Grid, size: int) -> list[tuple[slice, slice]]:
+def _windows(shape: Shape, grid: PartGrid, size: int) -> list[tuple[slice, slice]]:
     """Rows and columns of the overlapping windows, one for each part, row by row."""
     windows = []
     for center in part_centers(shape, grid).reshape(-1, 2):
@@ -165,7 +165,7 @@ def _tried(
 
 
 def _held_together(
-    estimates: list[PsfEstimate | None], whole: PsfEstimate, shape: Shape, grid: Grid
+    estimates: list[PsfEstimate | None], whole: PsfEstimate, shape: Shape, grid: PartGrid
 ) -> PsfField:
     """The PSFs of all parts that one motion gives; that of the whole if it has no turn."""
     found = _aligned(estimates, whole, shape, grid)
@@ -192,7 +192,7 @@ def _held_together(
     return PsfField(psfs, rows, shape, poses, figures)
 
 
-def _explained(found: _Found, turns: FloatArray) -> _Explained:
+def _explained(found: _PartPsfs, turns: FloatArray) -> _Explained:
     """The motion with some of these turns that explains the PSFs of most parts."""
     trust, weights = found.weights, found.weights
     psfs = found.psfs
@@ -206,8 +206,8 @@ def _explained(found: _Found, turns: FloatArray) -> _Explained:
 
 
 def _aligned(
-    estimates: list[PsfEstimate | None], whole: PsfEstimate, shape: Shape, grid: Grid
-) -> _Found:
+    estimates: list[PsfEstimate | None], whole: PsfEstimate, shape: Shape, grid: PartGrid
+) -> _PartPsfs:
     """The PSFs in arrays of one size, their centroids at the center; none: the whole's."""
     filled = [whole.psf if own is None else own.psf for own in estimates]
     size = max(max(psf.shape) for psf in (*filled, whole.psf)) | 1
@@ -216,7 +216,7 @@ def _aligned(
         weights = [1.0] * len(weights)
     centers = part_centers(shape, grid).reshape(-1, 2)
     offsets = np.array([offset_from_middle((r, c), shape) for r, c in centers])
-    return _Found(np.stack([_centroid_at(p, size) for p in filled]), np.array(weights), offsets)
+    return _PartPsfs(np.stack([_centroid_at(p, size) for p in filled]), np.array(weights), offsets)
 
 
 def _centroid_at(psf: FloatArray, size: int) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._typing import FloatArray
 from ..base import PsfStatus
-from .spread_fit import Placed, Shape
+from .spread_fit import Placed, SpreadFunction
 
 # What good estimates reach. Chosen on 50 photos of known truth, with the true response: those
 # that reach them have a median similarity of .84, the others one of .73; one in ten is bad.
@@ -17,7 +17,9 @@ DISTINCT = np.radians(3.0)  # orientations nearer than that are one
 COUNTS = 0.25  # trust of a profile that counts at all
 
 
-def measure_coverage(placed: Sequence[Placed], shapes: Sequence[Shape]) -> dict[str, float]:
+def measure_coverage(
+    placed: Sequence[Placed], shapes: Sequence[SpreadFunction]
+) -> dict[str, float]:
     """Figures that tell a PSF that edges determine from one that assumptions do.
 
     Returns

@@ -13,7 +13,7 @@ from ..base import Evidence, PsfEstimate, PsfEstimator, centered, cleared
 from .coverage import judge, measure_coverage
 from .edge_spreads import EdgeSpreads, linearized
 from .nonnegative import nonnegative_minimum
-from .spread_fit import Normal, Placed, Projection, Shape, normal_equations
+from .spread_fit import Placed, Projection, PsfEquations, SpreadFunction, normal_equations
 
 STEPS = 12  # at most; most fits need 6 to 10
 SETTLED = 0.01  # share of the PSF that still moves when the search ends
@@ -98,7 +98,7 @@ class RadonFit(PsfEstimator):
             raise ValueError("expected the response of the profiles as evidence, got none")
         spreads = linearized(evidence.groups, evidence.response)
         size = self.size or suited_size(spreads)
-        state = State.of(spreads, size)
+        state = RadonState.of(spreads, size)
         for done in range(STEPS):
             yield Progress("PSF from edges", done, STEPS)
             before = state.psf
@@ -111,7 +111,7 @@ class RadonFit(PsfEstimator):
         yield Progress("PSF from edges", STEPS, STEPS)
         return PsfEstimate(centered(cleared(state.psf, NOISE)), judge(figures), figures)
 
-    def _improved(self, state: "State", done: int) -> "State":
+    def _improved(self, state: "RadonState", done: int) -> "RadonState":
         """One step of Gauss and Newton, as far as it leads down."""
         projections = state.projections()
         start = np.asarray(state.psf.ravel())
@@ -131,7 +131,7 @@ class RadonFit(PsfEstimator):
         better = (tried for tried in tries if value(tried) < now)
         return state.moved(next(better, start), projections)
 
-    def _agreement(self, state: "State") -> float:
+    def _agreement(self, state: "RadonState") -> float:
         """Cosine between the PSFs that every other orientation gives, and those between."""
         projections = state.projections()
         parts = state.equations(state.shapes(), projections)
@@ -160,7 +160,7 @@ class RadonFit(PsfEstimator):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class State:
+class RadonState:
     """A PSF, shape (S, S), the profiles that it explains, and how much they count."""
 
     psf: FloatArray
@@ -168,7 +168,7 @@ class State:
     evidence: float = 1.0
 
     @classmethod
-    def of(cls, spreads: Sequence[EdgeSpreads], size: int) -> "State":
+    def of(cls, spreads: Sequence[EdgeSpreads], size: int) -> "RadonState":
         """Where the search starts: nothing known of the PSF."""
         return cls(np.full((size, size), size**-2.0), tuple(Placed.of(s) for s in spreads))
 
@@ -176,16 +176,18 @@ class State:
         """What each pixel of the PSF does to the profiles of each orientation."""
         return [placed.projection(len(self.psf)) for placed in self.placed]
 
-    def shapes(self) -> list[Shape]:
+    def shapes(self) -> list[SpreadFunction]:
         """What the whole PSF does to them."""
         return [own.shape(self.psf.ravel()) for own in self.projections()]
 
-    def equations(self, shapes: Sequence[Shape], projections: Sequence[Projection]) -> list[Normal]:
+    def equations(
+        self, shapes: Sequence[SpreadFunction], projections: Sequence[Projection]
+    ) -> list[PsfEquations]:
         """Normal equations of the PSF from each orientation, about the given shapes."""
         triples = zip(self.placed, shapes, projections, strict=True)
-        return [Normal.of(*triple, self.evidence) for triple in triples]
+        return [PsfEquations.of(*triple, self.evidence) for triple in triples]
 
-    def reweighted(self, shapes: Sequence[Shape]) -> "State":
+    def reweighted(self, shapes: Sequence[SpreadFunction]) -> "RadonState":
         """Profiles settled to the shapes, and weighted by how well they fit."""
         pairs = list(zip(self.placed, shapes, strict=True))
         settled = [(placed.settled(shape), shape) for placed, shape in pairs]
@@ -194,7 +196,7 @@ class State:
         weighed = tuple(placed.reweighted(shape, evidence) for placed, shape in settled)
         return replace(self, placed=weighed, evidence=evidence)
 
-    def moved(self, psf: FloatArray, projections: Sequence[Projection]) -> "State":
+    def moved(self, psf: FloatArray, projections: Sequence[Projection]) -> "RadonState":
         """Another PSF, shape (S * S,), with the profiles settled to it."""
         pairs = zip(self.placed, projections, strict=True)
         settled = tuple(placed.settled(own.shape(psf)) for placed, own in pairs)
@@ -206,7 +208,7 @@ class State:
         pairs = zip(self.placed, projections, strict=True)
         return sum(placed.value(own.shape(psf), self.evidence) for placed, own in pairs)
 
-    def recentered(self) -> "State":
+    def recentered(self) -> "RadonState":
         """The PSF's centroid on its center pixel, and the edges' origins moved along."""
         off = np.rint(ndimage.center_of_mass(self.psf)) - np.array(self.psf.shape) // 2
         psf = ndimage.shift(self.psf, -off, order=0)
@@ -217,7 +219,7 @@ class State:
         return replace(self, psf=psf / psf.sum(), placed=placed)
 
 
-def minimum(parts: Sequence[Normal], prior: FloatArray, start: FloatArray) -> FloatArray:
+def minimum(parts: Sequence[PsfEquations], prior: FloatArray, start: FloatArray) -> FloatArray:
     """The PSF, not negative and of sum 1, that fits some orientations and the prior best."""
     matrix, vector = normal_equations(parts)
     one = UNIT_SUM * np.trace(matrix) / len(matrix)

@@ -20,7 +20,7 @@ SETTLINGS = 3  # steps of Gauss and Newton for what is each profile's own: next 
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Shape:
+class SpreadFunction:
     """Edge spread of a group at its positions, and its slope along the normal, shapes (M,)."""
 
     spread: FloatArray
@@ -34,9 +34,9 @@ class Projection:
     spread: FloatArray
     slope: FloatArray
 
-    def shape(self, psf: FloatArray) -> Shape:
+    def shape(self, psf: FloatArray) -> SpreadFunction:
         """Edge spread of a whole PSF, shape (N,)."""
-        return Shape(self.spread @ psf, self.slope @ psf)
+        return SpreadFunction(self.spread @ psf, self.slope @ psf)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -73,29 +73,29 @@ class Placed:
         distances = (self.group.position - self.origin)[:, np.newaxis] - normal @ pixels
         return Projection(project_pixel(distances, normal), pixel_density(distances, normal))
 
-    def measured(self) -> Shape:
+    def measured(self) -> SpreadFunction:
         """The mean of the profiles: a shape to begin with."""
         mean = self.group.mean
-        return Shape(mean, np.gradient(mean, self.group.step))
+        return SpreadFunction(mean, np.gradient(mean, self.group.step))
 
-    def residual(self, shape: Shape) -> FloatArray:
+    def residual(self, shape: SpreadFunction) -> FloatArray:
         """What a shape leaves of the profiles, shape (J, M)."""
         offset, scale, shift = self.own.T[..., np.newaxis]
         fitted = offset + scale * (shape.spread - shift * shape.slope)
         return np.asarray(self.group.spread - fitted)
 
-    def misfit(self, shape: Shape) -> FloatArray:
+    def misfit(self, shape: SpreadFunction) -> FloatArray:
         """Mean square of what a shape leaves of each profile, in variances, shape (J,)."""
         return np.asarray(np.mean(self.residual(shape) ** 2 / self.group.variance, axis=1))
 
-    def value(self, shape: Shape, evidence: float) -> float:
+    def value(self, shape: SpreadFunction, evidence: float) -> float:
         """Half the weighted sum of squares, with that of what is each profile's own."""
         off = self._off()
         own = np.einsum("ji,jik,jk->j", off, self._own_precision(), off)
         samples = self.group.position.size
         return float(evidence * self.trust @ (samples * self.misfit(shape) + own)) / 2
 
-    def settled(self, shape: Shape) -> "Placed":
+    def settled(self, shape: SpreadFunction) -> "Placed":
         """Every profile where the shape fits it best."""
         placed, weight = self, 1 / self.group.variance
         for _ in range(SETTLINGS):
@@ -106,7 +106,7 @@ class Placed:
             placed = replace(placed, own=placed.own + step)
         return placed
 
-    def own_basis(self, shape: Shape) -> tuple[FloatArray, FloatArray]:
+    def own_basis(self, shape: SpreadFunction) -> tuple[FloatArray, FloatArray]:
         """Derivatives by a profile's own unknowns, (J, M, 3), and their normal matrix."""
         scale, shift = self.own[:, 1:2], self.own[:, 2:]
         moved = shape.spread - shift * shape.slope
@@ -121,7 +121,7 @@ class Placed:
         own = self.own - [0.0, 0.0, mean]
         return replace(self, origin=self.origin + float(mean), own=own)
 
-    def reweighted(self, shape: Shape, evidence: float) -> "Placed":
+    def reweighted(self, shape: SpreadFunction, evidence: float) -> "Placed":
         """Profiles that fit badly count less."""
         trust = (FREEDOM + 1) / (FREEDOM + evidence * self.misfit(shape))
         return replace(self, trust=trust)
@@ -149,7 +149,7 @@ def pixel_density(distances: FloatArray, normal: FloatArray) -> FloatArray:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Normal:
+class PsfEquations:
     """Normal equations ``F' F k = b`` of a PSF of N pixels, from one orientation.
 
     Parameters
@@ -164,7 +164,9 @@ class Normal:
     vector: FloatArray
 
     @classmethod
-    def of(cls, placed: Placed, shape: Shape, projection: Projection, evidence: float) -> "Normal":
+    def of(
+        cls, placed: Placed, shape: SpreadFunction, projection: Projection, evidence: float
+    ) -> "PsfEquations":
         """About a shape to which the profiles are settled, what is their own eliminated."""
         weight = evidence * placed.trust[:, np.newaxis] / placed.group.variance
         scale, shift = placed.own[:, 1], placed.own[:, 2]
@@ -181,7 +183,7 @@ class Normal:
         return cls(root @ projection.spread, vector)
 
 
-def normal_equations(parts: Sequence[Normal]) -> tuple[FloatArray, FloatArray]:
+def normal_equations(parts: Sequence[PsfEquations]) -> tuple[FloatArray, FloatArray]:
     """Matrix and vector of all orientations together."""
     root = np.concatenate([part.root for part in parts])
     return root.T @ root, np.asarray(sum(part.vector for part in parts))

@@ -9,6 +9,7 @@ from ...._typing import BoolArray, FloatArray
 from ....fourier import ComplexArray, Shape, fast_shape, otf, power
 from ..blurred import Blurred
 from ..edge_prediction import gradient
+from ..kernel_fit import around_origin
 from .kernel_posterior import KernelPosterior
 from .priors import ExponentialMixture, GaussianMixture
 
@@ -16,7 +17,7 @@ STEPS = 3  # of conjugate gradients in each update; the next one goes on from th
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Measured:
+class MeasuredGradient:
     """Gradient of a blurred picture on a torus that is larger by the PSF.
 
     Parameters
@@ -31,7 +32,7 @@ class Measured:
     known: BoolArray
 
     @classmethod
-    def of(cls, blurred: Blurred, size: int) -> "Measured":
+    def of(cls, blurred: Blurred, size: int) -> "MeasuredGradient":
         """For PSFs of `size` x `size` pixels."""
         rows, columns = blurred.plane.shape
         shape = fast_shape((rows + size - 1, columns + size - 1))
@@ -103,13 +104,13 @@ class Ensemble:
     noise: float
 
     @classmethod
-    def start(cls, measured: Measured, psf: FloatArray, noise: float) -> "Ensemble":
+    def start(cls, measured: MeasuredGradient, psf: FloatArray, noise: float) -> "Ensemble":
         """Nothing known of the sharp gradient, the PSF given."""
         empty = np.zeros_like(measured.values)
         kernel = KernelPosterior.known(psf)
         return cls(empty, np.full_like(empty, noise), measured.values, kernel, noise)
 
-    def sharpened(self, measured: Measured, prior: GaussianMixture) -> "Ensemble":
+    def sharpened(self, measured: MeasuredGradient, prior: GaussianMixture) -> "Ensemble":
         """The sharp gradient updated, and what was not measured."""
         precision, _ = prior.precision(np.square(self.mean) + self.variance)
         transfer = otf(self.kernel.mean, measured.shape)
@@ -122,12 +123,12 @@ class Ensemble:
         filled = np.where(measured.known, measured.values, predicted)
         return replace(self, mean=mean, variance=1 / diagonal, filled=filled)
 
-    def with_noise(self, measured: Measured, least: float = 0.0) -> "Ensemble":
+    def with_noise(self, measured: MeasuredGradient, least: float = 0.0) -> "Ensemble":
         """The variance of the noise updated, to no less than `least` times what it was."""
         best = self.misfit(measured) / measured.count
         return replace(self, noise=max(best, least * self.noise))
 
-    def misfit(self, measured: Measured) -> float:
+    def misfit(self, measured: MeasuredGradient) -> float:
         """``<|y - k * x|^2>``."""
         transfer = otf(self.kernel.mean, measured.shape)
         predicted = fft.irfft2(fft.rfft2(self.mean) * transfer, measured.shape)
@@ -144,12 +145,16 @@ class Ensemble:
         cross = fft.irfft2((np.conj(spectrum) * filled).sum(axis=0), self.mean.shape[1:])
         spread = float(self.variance.sum(dtype=np.float64))
         kernel = self.kernel.updated(
-            around(own, size - 1), around(cross, size // 2), spread, self.noise, prior
+            around_origin(own, size - 1).astype(np.float64),
+            around_origin(cross, size // 2).astype(np.float64),
+            spread,
+            self.noise,
+            prior,
         )
         return replace(self, kernel=kernel)
 
     def free_energy(
-        self, measured: Measured, gradients: GaussianMixture, kernels: ExponentialMixture
+        self, measured: MeasuredGradient, gradients: GaussianMixture, kernels: ExponentialMixture
     ) -> float:
         """``<log q - log p>``, less what is constant; each update lowers it."""
         fit = self.misfit(measured) / (2 * self.noise)
@@ -205,12 +210,6 @@ class System:
 
 
 TINY = float(np.finfo(np.float32).tiny)
-
-
-def around(periodic: FloatArray, reach: int) -> FloatArray:
-    """The values up to `reach` pixels around the origin of a periodic plane, float64."""
-    rows, columns = (np.arange(-reach, reach + 1) % side for side in periodic.shape)
-    return periodic[np.ix_(rows, columns)].astype(np.float64)
 
 
 def _dot(first: FloatArray, second: FloatArray) -> float:

@@ -8,7 +8,7 @@ from ....progress import Job, Progress
 from ..blurred import Blurred
 from ..estimation import BlindEstimator
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
-from .ensemble import Ensemble, Measured
+from .ensemble import Ensemble, MeasuredGradient
 from .priors import ExponentialMixture, GaussianMixture
 
 GIVEN = 8  # updates of each level with the PSF of the one before
@@ -48,7 +48,7 @@ class Fergus(BlindEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:class:`~..region.Overview`).
+        that is more (:class:`~..overview.Overview`).
     """
 
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
@@ -64,7 +64,7 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     at = Progress("blind PSF", 0, sum(runs) * (GIVEN + STEPS))
     for level, wanted in zip(sizes, [*runs[1:], 1], strict=True):
         small = blurred if level == size else blurred.scaled(level / size)
-        measured, prior = Measured.of(small, level), ExponentialMixture.for_size(level)
+        measured, prior = MeasuredGradient.of(small, level), ExponentialMixture.for_size(level)
         ends: list[Ensemble] = []
         for start in starts:
             ends.append((yield from learning(first(measured, start, level), measured, prior, at)))
@@ -75,7 +75,7 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     return recentered(cleaned(starts[0][0], NOISE))
 
 
-def first(measured: Measured, start: Start, level: int) -> Ensemble:
+def first(measured: MeasuredGradient, start: Start, level: int) -> Ensemble:
     """The ensemble of a level before its first update."""
     psf, noise = start
     shown = recentered(cleaned(resized(psf, (level, level)), 0))
@@ -83,7 +83,7 @@ def first(measured: Measured, start: Start, level: int) -> Ensemble:
 
 
 def learning(
-    ensemble: Ensemble, measured: Measured, prior: ExponentialMixture, at: Progress
+    ensemble: Ensemble, measured: MeasuredGradient, prior: ExponentialMixture, at: Progress
 ) -> Job[Ensemble]:
     """Long job: the sharp gradient alone, then all factors in turns; progress goes on from `at`."""
     for step in range(GIVEN + STEPS):

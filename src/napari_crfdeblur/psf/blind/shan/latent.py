@@ -72,8 +72,11 @@ class Latent:
 def differences(shape: Shape) -> tuple[ComplexArray, ComplexArray]:
     """Transforms of the forward differences along rows and along columns."""
     down, across = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
-    down[0, 0] = across[0, 0] = -1
-    down[-1, 0] = across[0, -1] = 1
+    for step in (down, across):
+        step[0, 0] = -1
+    # of one row or column, which is its own neighbor, nothing remains
+    down[-1, 0] += 1
+    across[0, -1] += 1
     return forward(down), forward(across)
 
 

@@ -34,7 +34,7 @@ class Shan(BlindEstimator):
         Largest extent of the PSF in pixels, odd, at least 3; found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:class:`~..region.Overview`).
+        that is more (:class:`~..overview.Overview`).
     """
 
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:

@@ -17,7 +17,7 @@ WHOLLY = 0.999  # how far a gradient must be usable to be used
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Posterior:
+class GradientPosterior:
     """Normal distribution of every gradient of the sharp picture.
 
     Parameters
@@ -34,10 +34,10 @@ class Posterior:
     variance: FloatArray
     precision: FloatArray
 
-    def shifted(self, rows: int, columns: int) -> "Posterior":
+    def shifted(self, rows: int, columns: int) -> "GradientPosterior":
         """The same, moved by whole pixels."""
         parts = (self.mean, self.variance, self.precision)
-        return Posterior(*(np.roll(part, (rows, columns), axis=(1, 2)) for part in parts))
+        return GradientPosterior(*(np.roll(part, (rows, columns), axis=(1, 2)) for part in parts))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,13 +89,15 @@ class BlurredGradient:
         """Of the periodic grid."""
         return self.measured.shape[1], self.measured.shape[2]
 
-    def unknown(self) -> Posterior:
+    def unknown(self) -> GradientPosterior:
         """What is known of the sharp gradient before there is a PSF."""
         energy = FIRST_ENERGY * np.square(self.measured).sum() / self.known.sum()
         nothing = np.zeros_like(self.measured)
-        return Posterior(nothing, nothing[:1], np.full_like(nothing[:1], 1 / energy))
+        return GradientPosterior(nothing, nothing[:1], np.full_like(nothing[:1], 1 / energy))
 
-    def posterior(self, psf: FloatArray, noise: float, before: Posterior) -> Posterior:
+    def posterior(
+        self, psf: FloatArray, noise: float, before: GradientPosterior
+    ) -> GradientPosterior:
         """Distribution of the sharp gradient, given the PSF and what it was `before`.
 
         Minimizes ``|M (k * h * s - b)|^2 + noise^2 p |s|^2``, `M` what is known, `p` the precision
@@ -108,9 +110,9 @@ class BlurredGradient:
         mean = self._minimum(self._transfer(blur), held, 1 / (gain + held), before.mean)
         variance = noise**2 / (gain + held)
         energy = np.square(mean).sum(axis=0, keepdims=True) + SIDES * variance
-        return Posterior(mean, variance, 2 * SIDES / energy)
+        return GradientPosterior(mean, variance, 2 * SIDES / energy)
 
-    def refit(self, psf: FloatArray, posterior: Posterior) -> FloatArray:
+    def refit(self, psf: FloatArray, posterior: GradientPosterior) -> FloatArray:
         """PSF of least expected misfit, not negative, sum 1: one step of expectation-maximization.
 
         The variance of the gradients stands beside ``|k|^2``: gradients that are uncertain cannot
@@ -124,7 +126,7 @@ class BlurredGradient:
         found = np.asarray(fit.solve(uncertain, psf), np.float64)
         return np.asarray(found / found.sum()) if found.any() else psf
 
-    def energy(self, psf: FloatArray, noise: float, posterior: Posterior) -> float:
+    def energy(self, psf: FloatArray, noise: float, posterior: GradientPosterior) -> float:
         """How unlikely the blurred picture is with this PSF, for each pixel; less is better.
 
         ``|M (k * h * s - b)|^2 / noise^2 + p |s|^2 + 2 sum log(1 + |k * h|^2 / (p noise^2))``:

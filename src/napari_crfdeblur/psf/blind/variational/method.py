@@ -10,11 +10,11 @@ from ....progress import Job, Progress, reporting
 from ...base import cleared
 from ..blurred import Blurred
 from ..estimation import BlindEstimator
-from ..noise import noise_of_gradients
+from ..gradient_noise import noise_of_gradients
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, resized
 from ..two_phases import searching as searching_edges
 from .extent import off_middle, roomy, shifted, trimmed
-from .gradients import BlurredGradient, Posterior
+from .gradients import BlurredGradient, GradientPosterior
 
 ROOM = 1.4  # side of the array in which the PSF is found, in sizes: a faint end is found late
 STEPS = 6  # on each level
@@ -65,7 +65,7 @@ class Variational(BlindEstimator):
         twice too large does little harm. Found by itself if not given.
     region : int
         Longest side in pixels of the part of the picture that is used, or three PSF sizes if
-        that is more (:class:`~..region.Overview`).
+        that is more (:class:`~..overview.Overview`).
     """
 
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
@@ -93,27 +93,27 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
         found = yield from opening(model, start, error, at)
         contenders.append((yield from alternating(model, found, error, CONTEST_STEPS, at)))
         at = replace(at, done=at.done + CONTEST_STEPS)
-    likelier = yield from comparing(model, contenders, error, at)
+    likelier = yield from choosing_likeliest(model, contenders, error, at)
     found = yield from alternating(model, likelier.in_the_middle(), error, FURTHER_STEPS, at)
     yield replace(at, done=at.total)
     return trimmed(found.cleaned().psf, size)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Found:
+class Candidate:
     """A PSF, and the sharp gradient that goes with it."""
 
     psf: FloatArray
-    sharp: Posterior
+    sharp: GradientPosterior
 
-    def cleaned(self) -> "Found":
+    def cleaned(self) -> "Candidate":
         """Without what is faint, in the middle."""
-        return Found(cleaned(self.psf, NOISE), self.sharp).in_the_middle()
+        return Candidate(cleaned(self.psf, NOISE), self.sharp).in_the_middle()
 
-    def in_the_middle(self) -> "Found":
+    def in_the_middle(self) -> "Candidate":
         """The extent of the PSF moved to the middle of its array, the gradient against it."""
         rows, columns = off_middle(self.psf)
-        return Found(shifted(self.psf, -rows, -columns), self.sharp.shifted(rows, columns))
+        return Candidate(shifted(self.psf, -rows, -columns), self.sharp.shifted(rows, columns))
 
 
 def misfits_of(levels: int) -> FloatArray:
@@ -121,32 +121,32 @@ def misfits_of(levels: int) -> FloatArray:
     return np.geomspace(FIRST_MISFIT, MISFIT, levels)
 
 
-def opening(model: BlurredGradient, psf: FloatArray, error: float, at: Progress) -> Job[Found]:
+def opening(model: BlurredGradient, psf: FloatArray, error: float, at: Progress) -> Job[Candidate]:
     """Long job: the sharp gradient that goes with a PSF of any size."""
     psf = cleaned(resized(psf, (model.size, model.size)), FAINT)
     sharp = model.unknown()
     for _ in range(OPENING):
         yield at
         sharp = model.posterior(psf, error, sharp)
-    return Found(psf, sharp)
+    return Candidate(psf, sharp)
 
 
 def alternating(
-    model: BlurredGradient, found: Found, error: float, steps: int, at: Progress
-) -> Job[Found]:
+    model: BlurredGradient, found: Candidate, error: float, steps: int, at: Progress
+) -> Job[Candidate]:
     """Long job: the sharp gradient and the PSF in turns; progress goes on from `at`."""
     for step in range(steps):
         yield replace(at, done=at.done + step)
         sharp = model.posterior(found.psf, error, found.sharp)
-        found = Found(cleared(model.refit(found.psf, sharp), FAINT), sharp)
+        found = Candidate(cleared(model.refit(found.psf, sharp), FAINT), sharp)
         if step % MOVES == MOVES - 1:
             found = found.in_the_middle()
     return found
 
 
-def comparing(
-    model: BlurredGradient, contenders: Sequence[Found], error: float, at: Progress
-) -> Job[Found]:
+def choosing_likeliest(
+    model: BlurredGradient, contenders: Sequence[Candidate], error: float, at: Progress
+) -> Job[Candidate]:
     """Long job: the PSF with which the blurred picture is the least unlikely."""
     energies = []
     for found in contenders:

@@ -7,6 +7,7 @@ from scipy import fft
 
 from ...._typing import FloatArray
 from ....fourier import ComplexArray, Shape, fast_shape, forward, inverse, power
+from ..kernel_fit import around_origin
 
 ROUNDS = 4  # in which values that would be negative are taken out of the fit
 STEPS = 24  # of conjugate gradients in each, at most
@@ -40,9 +41,9 @@ class NonnegativeFit:
         own = fft.irfft2(power(sharp).sum(axis=0), shape)
         cross = fft.irfft2((np.conj(sharp) * blurred).sum(axis=0), shape)
         grid = np.zeros(fast_shape((2 * size, 2 * size)), dtype=own.dtype)
-        grid[: 2 * size - 1, : 2 * size - 1] = _around_origin(own, size - 1)
+        grid[: 2 * size - 1, : 2 * size - 1] = around_origin(own, size - 1)
         gain = forward(np.roll(grid, (1 - size, 1 - size), axis=(0, 1))).real
-        return cls(np.ascontiguousarray(gain), _around_origin(cross, size // 2))
+        return cls(np.ascontiguousarray(gain), around_origin(cross, size // 2))
 
     def solve(self, weight: float, start: FloatArray) -> FloatArray:
         """Minimum for the weight `g`: conjugate gradients among the values that are free.
@@ -84,9 +85,3 @@ class NonnegativeFit:
         spectrum = forward(plane)
         spectrum *= self.gain
         return inverse(spectrum, shape)[:size, :size] + weight * psf
-
-
-def _around_origin(periodic: FloatArray, reach: int) -> FloatArray:
-    """The values up to `reach` pixels around the origin of a periodic plane."""
-    side = 2 * reach + 1
-    return np.roll(periodic, (reach, reach), axis=(0, 1))[:side, :side]

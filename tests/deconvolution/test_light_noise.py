@@ -60,7 +60,7 @@ def test_affine_changes_change_the_model_alike():
 
 def test_large_pictures_and_volumes_are_sampled(monkeypatch):
     plane = np.random.default_rng(6).normal(0.5, 0.02, (300, 310))
-    monkeypatch.setattr("napari_crfdeblur.deconvolution.noise_model.SAMPLES", 3000)
+    monkeypatch.setattr("napari_crfdeblur.deconvolution.light_noise.SAMPLES", 3000)
     assert fit_noise(plane).level == pytest.approx(0.02, rel=0.06)
     assert fit_noise(plane.reshape(3, 100, 310)).level == pytest.approx(0.02, rel=0.06)
 
