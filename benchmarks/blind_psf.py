@@ -50,8 +50,8 @@ from napari_crfdeblur.profiles import ProfileGroup
 from napari_crfdeblur.psf import (
     Evidence,
     Fergus,
-    RadonFit,
     PsfEstimate,
+    RadonFit,
     Shan,
     Variational,
     XuJia,
