@@ -19,6 +19,8 @@ STAGES = [
     "_version",
     "_typing",
     "errors",
+    "texts",
+    "interrupts",
     "progress",
     "photo",
     "arrays",

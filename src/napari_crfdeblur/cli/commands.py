@@ -12,11 +12,12 @@ from ..edges import Edge
 from ..errors import CrfDeblurError
 from ..estimate import GivenResponse, ResponseEstimate
 from ..io import (
+    Output,
+    Outputs,
     StoredCamera,
-    check_output,
+    camera_file,
     images,
     keep_estimate,
-    make_folder,
     psfs,
     read_edges,
     read_photo,
@@ -25,7 +26,6 @@ from ..io import (
     write_psf,
     write_responses,
 )
-from ..io import edges as edge_files
 from ..io import responses as response_files
 from ..photo import check_photo
 from ..pipeline import (
@@ -37,7 +37,6 @@ from ..pipeline import (
     seeking_edges,
 )
 from ..psf import PsfEstimate, PsfField, PsfStatus
-from ..report import SUFFIXES as REPORTS
 from ..report import Report, write_report
 from ..simulate import Camera, CameraMotion, Scene, camera_turn, slanted_edges, step_image, street
 from ..simulate import simulate as expose
@@ -51,15 +50,16 @@ from .choices import (
     response_fits,
     simulated_psf,
 )
-from .large import check_large, deblur_in_tiles, default_output, wants_tiles
+from .files import photo_or_zarr, writing
+from .large import ENDINGS, check_large, deblur_in_tiles, default_output, wants_tiles
 from .stored import check_cameras, stored_camera
 
 
 def demo(arguments: Namespace) -> None:
     """``crfdeblur demo``."""
-    make_folder(arguments.output)
-    result = run(demonstration.demonstrating(arguments.seed))
-    demonstration.write(result, arguments.output)
+    with demonstration.writing(arguments.output) as outputs:
+        result = run(demonstration.demonstrating(arguments.seed))
+        demonstration.write(result, arguments.output, outputs)
     print(demonstration.table(result))
     print(f"\nThe pictures are in {arguments.output}/; start with report.html.")
 
@@ -70,23 +70,24 @@ def deblur(arguments: Namespace) -> None:
     if wants_tiles(arguments, options):
         return _deblur_in_tiles(arguments, options)
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
-    _check(output, images.WRITABLE, arguments)
-    photo = _photo(arguments.photo)
-    camera = _camera(arguments, photo)
-    result = run(deblurring(photo, _from(camera, options)))
-    responses = camera.told(result.responses) if camera else result.responses
-    write_photo(output, result.photo, like=arguments.photo)
-    report = Report(
-        title=arguments.photo.name,
-        photo=photo,
-        edges=result.edges,
-        groups=result.groups,
-        responses=responses,
-        psf=result.psf,
-        field=result.field,
-        sharp=result.photo,
-    )
-    _write_extras(arguments, report)
+    check_cameras(arguments)
+    with writing(arguments, [Output(output, images.WRITABLE)]) as outputs:
+        photo = _photo(arguments.photo)
+        camera = _camera(arguments, photo)
+        result = run(deblurring(photo, _from(camera, options)))
+        responses = camera.told(result.responses) if camera else result.responses
+        write_photo(outputs[output], result.photo, like=arguments.photo)
+        report = Report(
+            title=arguments.photo.name,
+            photo=photo,
+            edges=result.edges,
+            groups=result.groups,
+            responses=responses,
+            psf=result.psf,
+            field=result.field,
+            sharp=result.photo,
+        )
+        _write_extras(arguments, report, outputs)
     _say_edges(result.edges)
     _say_responses(responses, camera)
     _say_psf(result.psf)
@@ -100,14 +101,14 @@ def deblur(arguments: Namespace) -> None:
 def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
     output = arguments.output or default_output(arguments.photo)
     check_large(arguments, output, options)
-    _check_extras(arguments)
     if arguments.cameras or arguments.camera:
         raise CrfDeblurError(
             "--cameras is for photos that are worked on as a whole; estimate the response first, "
             "and give it with --response"
         )
-    found, report = deblur_in_tiles(arguments, output, options)
-    _write_extras(arguments, report)
+    with writing(arguments, [photo_or_zarr(output, ENDINGS)]) as outputs:
+        found, report = deblur_in_tiles(arguments, outputs[output], options)
+        _write_extras(arguments, report, outputs)
     _say_edges(found.edges)
     _say_responses(found.responses)
     _say_psf(found.psf)
@@ -128,60 +129,74 @@ def _deblur_options(arguments: Namespace) -> DeblurOptions:
 
 def estimate(arguments: Namespace) -> None:
     """``crfdeblur estimate``."""
-    if arguments.output:
-        check_output(arguments.output, response_files.SUFFIXES)
-    _check_extras(arguments)
     check_cameras(arguments)
     if len(arguments.photos) > 1 and (arguments.edges or arguments.save_edges):
         raise CrfDeblurError("--edges and --save-edges belong to one photo; give one at a time")
     options, method = _options(arguments), fits_named(arguments)
-    if arguments.cameras:
-        make_folder(arguments.cameras)
-    paths = arguments.photos
-    photos = [_photo(path) for path in paths]
-    camera = stored_camera(arguments, paths, photos)
-    if camera:
-        _say_camera(camera)
-        paths, photos = ([each[i] for i in camera.used] for each in (paths, photos))
-        method = camera.method(method)
-    edges = [run(seeking_edges(photo, options)) for photo in photos]
-    groups = [
-        group
-        for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
-        for group in run(gathering_profiles(method, photo, own, index))
-    ]
-    found = run(estimating_responses(groups, method))
-    found = camera.told(found) if camera else found
-    if arguments.output:
-        write_responses(arguments.output, found)
-    title = ", ".join(path.name for path in paths)
-    _write_extras(arguments, Report(title, photos[0], edges[0], groups, found))
+    output = arguments.output
+    planned = [Output(output, response_files.SUFFIXES)] if output else []
+    folders = [arguments.cameras] if arguments.cameras else []
+    with writing(arguments, planned, folders) as outputs:
+        paths = arguments.photos
+        photos = [_photo(path) for path in paths]
+        camera = stored_camera(arguments, paths, photos)
+        if camera:
+            outputs.add(_camera_output(camera))
+            _say_camera(camera)
+            paths, photos = ([each[i] for i in camera.used] for each in (paths, photos))
+            method = camera.method(method)
+        edges = [run(seeking_edges(photo, options)) for photo in photos]
+        groups = [
+            group
+            for index, (photo, own) in enumerate(zip(photos, edges, strict=True))
+            for group in run(gathering_profiles(method, photo, own, index))
+        ]
+        found = run(estimating_responses(groups, method))
+        found = camera.told(found) if camera else found
+        if output:
+            write_responses(outputs[output], found)
+        title = ", ".join(path.name for path in paths)
+        report = Report(title, photos[0], edges[0], groups, found)
+        _write_extras(arguments, report, outputs)
+        kept = _keep(camera, found[0], outputs) if camera else ""
     for own in edges:
         _say_edges(own)
     _say_responses(found, camera)
-    if arguments.output:
-        print(f"wrote {arguments.output}")
-    if camera:
-        print(keep_estimate(camera, found[0]))
+    if output:
+        print(f"wrote {output}")
+    if kept:
+        print(kept)
+
+
+def _camera_output(camera: StoredCamera) -> Output:
+    """The file of a camera."""
+    return Output(camera_file(camera.folder, camera.key), (".json",))
+
+
+def _keep(camera: StoredCamera, found: ResponseEstimate, outputs: Outputs) -> str:
+    """Write what is known of a camera; the sentence that says so."""
+    place = outputs[_camera_output(camera).path]
+    return keep_estimate(camera, found, place.parent)
 
 
 def psf(arguments: Namespace) -> None:
     """``crfdeblur psf``."""
     output = arguments.output or arguments.photo.with_name(f"{arguments.photo.stem}-psf.png")
-    _check(output, psfs.SUFFIXES, arguments)
+    check_cameras(arguments)
     options = replace(
         _options(arguments),
         response=response_fits(arguments),
         psf=psf_estimator(arguments.psf, arguments.psf_size),
     )
-    photo = _photo(arguments.photo)
-    camera = _camera(arguments, photo)
-    found = run(finding_blur(photo, _from(camera, options)))
-    responses = camera.told(found.responses) if camera else found.responses
-    write_psf(output, found.psf.psf)
-    title = arguments.photo.name
-    report = Report(title, photo, found.edges, found.groups, responses, found.psf)
-    _write_extras(arguments, report)
+    with writing(arguments, [Output(output, psfs.SUFFIXES)]) as outputs:
+        photo = _photo(arguments.photo)
+        camera = _camera(arguments, photo)
+        found = run(finding_blur(photo, _from(camera, options)))
+        responses = camera.told(found.responses) if camera else found.responses
+        write_psf(outputs[output], found.psf.psf)
+        title = arguments.photo.name
+        report = Report(title, photo, found.edges, found.groups, responses, found.psf)
+        _write_extras(arguments, report, outputs)
     _say_responses(responses, camera)
     _say_psf(found.psf)
     print(f"wrote {output}")
@@ -189,30 +204,36 @@ def psf(arguments: Namespace) -> None:
 
 def simulate(arguments: Namespace) -> None:
     """``crfdeblur simulate``."""
-    output: Path = arguments.output
+    files = _simulated_files(arguments.output)
+    with writing(arguments, files.values()) as outputs:
+        blur = _simulated_blur(arguments)
+        response = (
+            demonstration.RESPONSE
+            if arguments.response == "camera"
+            else known_response(arguments.response)[0]
+        )
+        camera = Camera(response, noise=arguments.noise, bits=arguments.bits)
+        rows, columns = (
+            side + 2 * reach
+            for side, reach in zip(arguments.size, _reach(blur, arguments), strict=True)
+        )
+        scene = _scene(arguments.scene, (rows, columns), arguments.seed)
+        result = expose(scene, blur, camera, seed=arguments.seed)
+        write_photo(outputs[files["photo"].path], result.photo)
+        write_photo(outputs[files["sharp"].path], result.sharp)
+        write_psf(outputs[files["psf"].path], result.psf)
+        write_responses(outputs[files["response"].path], [GivenResponse(response).estimate()])
+    print("wrote " + ", ".join(str(each.path) for each in files.values()))
+
+
+def _simulated_files(photo: Path) -> dict[str, Output]:
+    """The photo, and what is written beside it."""
+    beside = {"sharp": photo.suffix, "psf": ".npy", "response": ".json"}
     others = {
-        name: output.with_name(f"{output.stem}-{name}{suffix}")
-        for name, suffix in (("sharp", output.suffix), ("psf", ".npy"), ("response", ".json"))
+        name: Output(photo.with_name(f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))
+        for name, suffix in beside.items()
     }
-    check_output(output, images.WRITABLE)
-    blur = _simulated_blur(arguments)
-    response = (
-        demonstration.RESPONSE
-        if arguments.response == "camera"
-        else known_response(arguments.response)[0]
-    )
-    camera = Camera(response, noise=arguments.noise, bits=arguments.bits)
-    rows, columns = (
-        side + 2 * reach
-        for side, reach in zip(arguments.size, _reach(blur, arguments), strict=True)
-    )
-    scene = _scene(arguments.scene, (rows, columns), arguments.seed)
-    result = expose(scene, blur, camera, seed=arguments.seed)
-    write_photo(output, result.photo)
-    write_photo(others["sharp"], result.sharp)
-    write_psf(others["psf"], result.psf)
-    write_responses(others["response"], [GivenResponse(response).estimate()])
-    print("wrote " + ", ".join(str(path) for path in (output, *others.values())))
+    return {"photo": Output(photo, images.WRITABLE), **others}
 
 
 def _simulated_blur(arguments: Namespace) -> FloatArray | CameraMotion:
@@ -272,27 +293,11 @@ def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
     return photo.with_name(f"{photo.stem}{ending}{suffix}")
 
 
-def _check(output: Path, suffixes: Sequence[str], arguments: Namespace) -> None:
-    """Refuse outputs that cannot be written and options that contradict, before any work."""
-    check_output(output, suffixes)
-    if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
-        raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
-    _check_extras(arguments)
-    check_cameras(arguments)
-
-
-def _check_extras(arguments: Namespace) -> None:
-    if arguments.report:
-        check_output(arguments.report, REPORTS)
+def _write_extras(arguments: Namespace, report: Report, outputs: Outputs) -> None:
     if arguments.save_edges:
-        check_output(arguments.save_edges, edge_files.SUFFIXES)
-
-
-def _write_extras(arguments: Namespace, report: Report) -> None:
-    if arguments.save_edges:
-        write_edges(arguments.save_edges, report.edges)
+        write_edges(outputs[arguments.save_edges], report.edges)
     if arguments.report:
-        write_report(arguments.report, report)
+        write_report(outputs[arguments.report], report)
 
 
 def _say_camera(camera: StoredCamera) -> None:

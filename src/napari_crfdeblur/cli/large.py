@@ -62,15 +62,21 @@ def check_large(arguments: Namespace, output: Path, options: DeblurOptions) -> N
             "--edges and --save-edges are for photos that are worked on as a whole; find the "
             "response on one of those, and give it with --response"
         )
-    if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
-        raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
     check_target(output)
 
 
 def deblur_in_tiles(
     arguments: Namespace, output: Path, options: DeblurOptions
 ) -> tuple[FoundBlur, Report]:
-    """Find response and PSF on a part of the photo, and restore all of it in tiles."""
+    """Find response and PSF on a part of the photo, and restore all of it in tiles.
+
+    Parameters
+    ----------
+    arguments : Namespace
+    output : Path
+        Where the result is written.
+    options : DeblurOptions
+    """
     source = open_source(arguments.photo)
     if isinstance(options.psf, GivenPsf):
         check_blur(source, options.psf.psf, source.color)

@@ -1,0 +1,62 @@
+"""Which files a command reads and writes, told before it begins."""
+
+import os
+from argparse import Namespace
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ..io import Output, Outputs, check_apart
+from ..io import edges as edge_files
+from ..large.sources import ZARR
+from ..report import SUFFIXES as REPORTS
+
+READ = ("photo", "photos", "edges", "psf", "response", "prior")
+"""Options that name files to be read, some of them among other things."""
+
+
+def writing(
+    arguments: Namespace, outputs: Iterable[Output], folders: Iterable[Path] = ()
+) -> Outputs:
+    """All outputs of a command, its report and edges among them.
+
+    Parameters
+    ----------
+    arguments : Namespace
+    outputs : iterable of Output
+        Those that are not options of their own.
+    folders : iterable of Path
+        Made if they are missing.
+
+    Raises
+    ------
+    CrfDeblurError
+        One would take the place of a stored camera.
+    """
+    planned = [*outputs, *_extras(arguments)]
+    check_apart(_stored(arguments), [each.path for each in planned])
+    return Outputs(files_read(arguments), planned, folders)
+
+
+def photo_or_zarr(path: Path, suffixes: tuple[str, ...]) -> Output:
+    """A file; or, if it ends so, a folder of zarr."""
+    return Output(path, suffixes, folder=path.suffix.lower() == ZARR and ZARR in suffixes)
+
+
+def files_read(arguments: Namespace) -> list[Path]:
+    """All that the options name and that is there, be it meant as a file or not."""
+    named = [value for name in READ if (value := getattr(arguments, name, None)) is not None]
+    texts = [text for value in named for text in (value if isinstance(value, list) else [value])]
+    return [Path(text) for text in texts if os.path.lexists(text)]
+
+
+def _extras(arguments: Namespace) -> Iterator[Output]:
+    if report := getattr(arguments, "report", None):
+        yield Output(report, REPORTS)
+    if edges := getattr(arguments, "save_edges", None):
+        yield Output(edges, edge_files.SUFFIXES)
+
+
+def _stored(arguments: Namespace) -> list[Path]:
+    """The files of stored cameras."""
+    folder = getattr(arguments, "cameras", None)
+    return sorted(folder.glob("*.json")) if folder else []
