@@ -168,7 +168,7 @@ def test_what_is_no_stack_has_no_psf_of_three_dimensions(arguments, reason, caps
         (["a.tif", "--tiled", "--cameras", "c"], "worked on as a whole"),
         (["none.tif", "--tiled"], "no such file"),
         (["none.zarr", "-o", "x.zarr"], "no such file"),
-        (["a.tif", "--scheduler", "nonsense"], "did not answer"),
+        (["a.tif", "--scheduler", "nonsense"], "address of a scheduler"),
     ],
 )
 def test_what_tiles_cannot_do_is_refused(arguments, reason, capsys, here):

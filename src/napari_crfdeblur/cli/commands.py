@@ -40,6 +40,7 @@ from ..psf import PsfEstimate, PsfField, PsfStatus
 from ..report import Report, write_report
 from ..simulate import Camera, CameraMotion, Scene, camera_turn, slanted_edges, step_image, street
 from ..simulate import simulate as expose
+from ..texts import printable
 from .bar import run
 from .batch import batch as batch  # one of the commands
 from .choices import (
@@ -50,9 +51,11 @@ from .choices import (
     response_fits,
     simulated_psf,
 )
-from .files import photo_or_zarr, writing
+from .files import beside, photo_or_zarr, writing
 from .large import ENDINGS, check_large, deblur_in_tiles, default_output, wants_tiles
+from .limits import check_fits
 from .stored import check_cameras, stored_camera
+from .terminal import say
 
 
 def demo(arguments: Namespace) -> None:
@@ -60,8 +63,10 @@ def demo(arguments: Namespace) -> None:
     with demonstration.writing(arguments.output) as outputs:
         result = run(demonstration.demonstrating(arguments.seed))
         demonstration.write(result, arguments.output, outputs)
-    print(demonstration.table(result))
-    print(f"\nThe pictures are in {arguments.output}/; start with report.html.")
+    for line in demonstration.table(result).splitlines():
+        say(line)
+    say("")
+    say(f"The pictures are in {arguments.output}/; start with report.html.")
 
 
 def deblur(arguments: Namespace) -> None:
@@ -72,13 +77,13 @@ def deblur(arguments: Namespace) -> None:
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
     check_cameras(arguments)
     with writing(arguments, [Output(output, images.WRITABLE)]) as outputs:
-        photo = _photo(arguments.photo)
+        photo = _photo(arguments, arguments.photo)
         camera = _camera(arguments, photo)
         result = run(deblurring(photo, _from(camera, options)))
         responses = camera.told(result.responses) if camera else result.responses
         write_photo(outputs[output], result.photo, like=arguments.photo)
         report = Report(
-            title=arguments.photo.name,
+            title=printable(arguments.photo.name),
             photo=photo,
             edges=result.edges,
             groups=result.groups,
@@ -94,8 +99,8 @@ def deblur(arguments: Namespace) -> None:
     if result.field:
         _say_field(result.field)
     if result.clipped > 0.02:
-        print(f"clipped: {result.clipped:.0%} of the deblurred values left the intensity range")
-    print(f"wrote {output}")
+        say(f"clipped: {result.clipped:.0%} of the deblurred values left the intensity range")
+    say(f"wrote {output}")
 
 
 def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
@@ -114,7 +119,7 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
     _say_psf(found.psf)
     if found.field:
         _say_field(found.field)
-    print(f"wrote {output}")
+    say(f"wrote {output}")
 
 
 def _deblur_options(arguments: Namespace) -> DeblurOptions:
@@ -138,7 +143,7 @@ def estimate(arguments: Namespace) -> None:
     folders = [arguments.cameras] if arguments.cameras else []
     with writing(arguments, planned, folders) as outputs:
         paths = arguments.photos
-        photos = [_photo(path) for path in paths]
+        photos = [_photo(arguments, path) for path in paths]
         camera = stored_camera(arguments, paths, photos)
         if camera:
             outputs.add(_camera_output(camera))
@@ -155,7 +160,7 @@ def estimate(arguments: Namespace) -> None:
         found = camera.told(found) if camera else found
         if output:
             write_responses(outputs[output], found)
-        title = ", ".join(path.name for path in paths)
+        title = printable(", ".join(path.name for path in paths))
         report = Report(title, photos[0], edges[0], groups, found)
         _write_extras(arguments, report, outputs)
         kept = _keep(camera, found[0], outputs) if camera else ""
@@ -163,9 +168,9 @@ def estimate(arguments: Namespace) -> None:
         _say_edges(own)
     _say_responses(found, camera)
     if output:
-        print(f"wrote {output}")
+        say(f"wrote {output}")
     if kept:
-        print(kept)
+        say(kept)
 
 
 def _camera_output(camera: StoredCamera) -> Output:
@@ -181,7 +186,7 @@ def _keep(camera: StoredCamera, found: ResponseEstimate, outputs: Outputs) -> st
 
 def psf(arguments: Namespace) -> None:
     """``crfdeblur psf``."""
-    output = arguments.output or arguments.photo.with_name(f"{arguments.photo.stem}-psf.png")
+    output = arguments.output or beside(arguments.photo, f"{arguments.photo.stem}-psf.png")
     check_cameras(arguments)
     options = replace(
         _options(arguments),
@@ -189,17 +194,17 @@ def psf(arguments: Namespace) -> None:
         psf=psf_estimator(arguments.psf, arguments.psf_size),
     )
     with writing(arguments, [Output(output, psfs.SUFFIXES)]) as outputs:
-        photo = _photo(arguments.photo)
+        photo = _photo(arguments, arguments.photo)
         camera = _camera(arguments, photo)
         found = run(finding_blur(photo, _from(camera, options)))
         responses = camera.told(found.responses) if camera else found.responses
         write_psf(outputs[output], found.psf.psf)
-        title = arguments.photo.name
+        title = printable(arguments.photo.name)
         report = Report(title, photo, found.edges, found.groups, responses, found.psf)
         _write_extras(arguments, report, outputs)
     _say_responses(responses, camera)
     _say_psf(found.psf)
-    print(f"wrote {output}")
+    say(f"wrote {output}")
 
 
 def simulate(arguments: Namespace) -> None:
@@ -223,15 +228,15 @@ def simulate(arguments: Namespace) -> None:
         write_photo(outputs[files["sharp"].path], result.sharp)
         write_psf(outputs[files["psf"].path], result.psf)
         write_responses(outputs[files["response"].path], [GivenResponse(response).estimate()])
-    print("wrote " + ", ".join(str(each.path) for each in files.values()))
+    say("wrote " + ", ".join(str(each.path) for each in files.values()))
 
 
 def _simulated_files(photo: Path) -> dict[str, Output]:
     """The photo, and what is written beside it."""
-    beside = {"sharp": photo.suffix, "psf": ".npy", "response": ".json"}
+    endings = {"sharp": photo.suffix, "psf": ".npy", "response": ".json"}
     others = {
-        name: Output(photo.with_name(f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))
-        for name, suffix in beside.items()
+        name: Output(beside(photo, f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))
+        for name, suffix in endings.items()
     }
     return {"photo": Output(photo, images.WRITABLE), **others}
 
@@ -265,12 +270,14 @@ def _options(arguments: Namespace) -> DeblurOptions:
     return DeblurOptions(edges=edges, blur_extent=arguments.blur_extent)
 
 
-def _photo(path: Path) -> Image:
+def _photo(arguments: Namespace, path: Path) -> Image:
+    """A photo that the options fit."""
     photo = read_photo(path)
     try:
         check_photo(photo)
     except CrfDeblurError as error:
         raise CrfDeblurError(f"{path}: {error}") from error
+    check_fits(arguments, path, (photo.shape[0], photo.shape[1]))
     return photo
 
 
@@ -290,7 +297,7 @@ def _from(camera: StoredCamera | None, options: DeblurOptions) -> DeblurOptions:
 def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
     """Default name of a result, in a kind of file that can be written."""
     suffix = photo.suffix if photo.suffix.lower() in suffixes else ".png"
-    return photo.with_name(f"{photo.stem}{ending}{suffix}")
+    return beside(photo, f"{photo.stem}{ending}{suffix}")
 
 
 def _write_extras(arguments: Namespace, report: Report, outputs: Outputs) -> None:
@@ -302,14 +309,14 @@ def _write_extras(arguments: Namespace, report: Report, outputs: Outputs) -> Non
 
 def _say_camera(camera: StoredCamera) -> None:
     first, *others = camera.sentences()
-    print(first)
+    say(first)
     for sentence in others:
-        print(f"  {sentence}")
+        say(f"  {sentence}")
 
 
 def _say_edges(edges: Sequence[Edge]) -> None:
     if edges:
-        print(f"edges: {sum(edge.good for edge in edges)} good of {len(edges)}")
+        say(f"edges: {sum(edge.good for edge in edges)} good of {len(edges)}")
 
 
 def _say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | None = None) -> None:
@@ -318,15 +325,15 @@ def _say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | Non
         low, high = one.covered
         sentence = camera.verdict(one) if camera else one.status.value
         covered = f" (intensity {low:.2f} to {high:.2f})" if low < high else ""
-        print(f"{name}: {sentence}{covered}")
+        say(f"{name}: {sentence}{covered}")
         for finding in one.findings:
-            print(f"  {finding.value}")
+            say(f"  {finding.value}")
 
 
 def _say_field(field: PsfField) -> None:
     statuses = [status for row in field.statuses for status in row]
     own = sum(status is not PsfStatus.BORROWED for status in statuses)
-    print(
+    say(
         f"parts: {own} of {len(statuses)} tell their PSF; the camera turned by "
         f"{field.diagnostics['turn']:.2f} degrees (standard deviation)"
     )
@@ -334,4 +341,4 @@ def _say_field(field: PsfField) -> None:
 
 def _say_psf(found: PsfEstimate) -> None:
     sides = " x ".join(map(str, reversed(found.psf.shape)))
-    print(f"PSF: {sides} pixels; {found.status.value}")
+    say(f"PSF: {sides} pixels; {found.status.value}")

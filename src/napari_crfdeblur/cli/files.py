@@ -5,6 +5,7 @@ from argparse import Namespace
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from ..errors import CrfDeblurError
 from ..io import Output, Outputs, check_apart
 from ..io import edges as edge_files
 from ..large.sources import ZARR
@@ -40,6 +41,19 @@ def writing(
 def photo_or_zarr(path: Path, suffixes: tuple[str, ...]) -> Output:
     """A file; or, if it ends so, a folder of zarr."""
     return Output(path, suffixes, folder=path.suffix.lower() == ZARR and ZARR in suffixes)
+
+
+def beside(path: Path, name: str) -> Path:
+    """A file of another name in the same folder.
+
+    Raises
+    ------
+    CrfDeblurError
+        The path has no name of its own, such as that of the folder which holds all others.
+    """
+    if not path.name:
+        raise CrfDeblurError(f"{path}: has no name to make one of; give a file, or a name with -o")
+    return path.with_name(name)
 
 
 def files_read(arguments: Namespace) -> list[Path]:

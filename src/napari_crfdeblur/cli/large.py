@@ -10,6 +10,7 @@ from ..large import Source, check_target, informative_region, open_source, resto
 from ..large.region import read_part
 from ..large.restore import check_blur
 from ..large.sources import NPY, ZARR
+from ..large.stamp import check_zarr
 from ..large.tiff import size_of_page
 from ..photo import check_photo
 from ..pipeline import (
@@ -22,7 +23,10 @@ from ..pipeline import (
 )
 from ..psf import GivenPsf, PsfEstimate
 from ..report import Report
+from ..texts import printable
 from .bar import run
+from .files import beside
+from .limits import check_fits
 
 PLANE = 2  # axes
 PIXELS = 1 << 26  # above which a photo is worked on in tiles
@@ -39,17 +43,20 @@ def wants_tiles(arguments: Namespace, options: DeblurOptions) -> bool:
     if path.is_dir() or path.suffix.lower() == NPY:
         return True
     whole = arguments.edges or arguments.save_edges or arguments.cameras or ending not in ENDINGS
-    return not whole and path.suffix.lower() in TIFF and size_of_page(path) > PIXELS
+    large = not whole and path.suffix.lower() in TIFF and path.is_file()
+    return large and size_of_page(path) > PIXELS
 
 
 def default_output(photo: Path) -> Path:
     """Beside the photo: zarr for zarr, else TIFF."""
     ending = ZARR if photo.is_dir() else ".tif"
-    return photo.with_name(f"{photo.stem}-deblurred{ending}")
+    return beside(photo, f"{photo.stem}-deblurred{ending}")
 
 
 def check_large(arguments: Namespace, output: Path, options: DeblurOptions) -> None:
     """Refuse, before any work, what cannot be done in tiles."""
+    if arguments.photo.is_dir():
+        check_zarr(arguments.photo)
     if output.suffix.lower() not in ENDINGS:
         raise CrfDeblurError(
             f"{output}: a photo in tiles is written as TIFF or zarr; choose a name that ends in "
@@ -80,6 +87,7 @@ def deblur_in_tiles(
     source = open_source(arguments.photo)
     if isinstance(options.psf, GivenPsf):
         check_blur(source, options.psf.psf, source.color)
+    check_fits(arguments, arguments.photo, _plane(source))
     region = informative_region(source, *_sides(source, options))
     part = read_part(source, region)
     try:
@@ -93,7 +101,7 @@ def deblur_in_tiles(
     array = restore_large(source, curve, blur, method, channels=source.color)
     run(storing(array, output, scheduler=arguments.scheduler, source=source))
     report = Report(
-        title=f"{arguments.photo.name}, {_place(source, region)}",
+        title=f"{printable(arguments.photo.name)}, {_place(source, region)}",
         photo=part,
         edges=found.edges,
         groups=found.groups,
@@ -108,8 +116,14 @@ def deblur_in_tiles(
 def _sides(source: Source, options: DeblurOptions) -> tuple[int, ...]:
     """Rows and columns of the part that is looked at; all of them if the blur varies."""
     if options.regions is not None:
-        return source.shape[: len(source.shape) - source.color][-2:]
+        return _plane(source)
     return () if edges_needed(options) else (GIVEN, GIVEN)
+
+
+def _plane(source: Source) -> tuple[int, int]:
+    """Rows and columns."""
+    rows, columns = source.shape[: len(source.shape) - source.color][-2:]
+    return rows, columns
 
 
 def _is_volume(options: DeblurOptions) -> bool:

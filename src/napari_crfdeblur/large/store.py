@@ -10,6 +10,7 @@ import numpy as np
 
 from .._typing import Image
 from ..deconvolution.tiles import Region
+from ..errors import CrfDeblurError
 from ..io import check_folder, check_output
 from ..io.files import replacing
 from ..io.images import TIFF
@@ -84,10 +85,15 @@ def check_target(path: Path) -> None:
     if path.suffix.lower() != ZARR:
         check_output(path, SUFFIXES)
         return
-    zarr_module(path)
+    zarr = zarr_module(path)
     check_folder(path.parent)
-    if path.exists():
-        open_source(path)  # what is replaced has to be of the same kind
+    if not path.exists():
+        return
+    open_source(path)  # what is replaced has to be of the same kind
+    if not path.is_dir() or isinstance(zarr.open(path, mode="r"), zarr.Group):
+        raise CrfDeblurError(
+            f"{path}: is there already, and is not a single array of zarr; choose another name"
+        )
 
 
 def _filling(array: "Array", writer: Writer, crew: Workers) -> Job[None]:
