@@ -97,6 +97,11 @@ class Outputs:
         self._planned.append(output)
         self._places[output.path] = Place(output.path)
 
+    @property
+    def planned(self) -> tuple[Output, ...]:
+        """All outputs, whether they are written yet or not."""
+        return tuple(self._planned)
+
     def __getitem__(self, path: Path) -> Path:
         """Where an output is to be written until the end of the run; its name is the same."""
         return self._places[path].make()

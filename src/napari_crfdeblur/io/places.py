@@ -69,7 +69,9 @@ class Place:
         try:
             if self._there and (self.target.is_dir() or not self._old.exists()):
                 self.target.rename(self.new)
-            if self._old.exists() and (self._there or not self.target.exists()):
+            if self._old.exists() and self._there:
+                self._old.replace(self.target)
+            elif self._old.exists() and not self.target.exists():
                 self._old.rename(self.target)
         except OSError as error:
             self._drop.detach()
@@ -107,7 +109,7 @@ def resolved(path: Path) -> Path:
         target = path.resolve()
         target.lstat()
         circle = target.is_symlink()  # newer versions of Python leave it as it is
-    except FileNotFoundError:
+    except (FileNotFoundError, NotADirectoryError):
         return target
     except RuntimeError:
         circle = True
