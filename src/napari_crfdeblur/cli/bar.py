@@ -6,7 +6,7 @@ import time
 from ..progress import Job, Progress, T, drain
 from ..texts import printable
 from .stopping import Stopping
-from .terminal import put
+from .terminal import is_shown, put
 
 WIDTH = 24
 SECONDS_BETWEEN = 0.05
@@ -16,7 +16,7 @@ class Bar:
     """Shows progress on standard error, if that is a terminal."""
 
     def __init__(self) -> None:
-        self._shown = sys.stderr is not None and sys.stderr.isatty()
+        self._shown = is_shown(sys.stderr)
         self._last = 0.0
 
     def __call__(self, progress: Progress) -> None:

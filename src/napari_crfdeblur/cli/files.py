@@ -8,6 +8,7 @@ from pathlib import Path
 from ..errors import CrfDeblurError
 from ..io import Output, Outputs, check_apart
 from ..io import edges as edge_files
+from ..io.files import check_input
 from ..large.sources import ZARR
 from ..report import SUFFIXES as REPORTS
 
@@ -31,8 +32,11 @@ def writing(
     Raises
     ------
     CrfDeblurError
-        One would take the place of a stored camera.
+        A photo is missing, or one output would take the place of a stored camera.
     """
+    for photo in _photos(arguments):
+        if not photo.is_dir():
+            check_input(photo)  # before a folder is missed that the output would be in
     planned = [*outputs, *_extras(arguments)]
     check_apart(_stored(arguments), [each.path for each in planned])
     return Outputs(files_read(arguments), planned, folders)
@@ -61,6 +65,11 @@ def files_read(arguments: Namespace) -> list[Path]:
     named = [value for name in READ if (value := getattr(arguments, name, None)) is not None]
     texts = [text for value in named for text in (value if isinstance(value, list) else [value])]
     return [Path(text) for text in texts if os.path.lexists(text)]
+
+
+def _photos(arguments: Namespace) -> list[Path]:
+    photo = getattr(arguments, "photo", None)
+    return [photo] if photo else getattr(arguments, "photos", [])
 
 
 def _extras(arguments: Namespace) -> Iterator[Output]:

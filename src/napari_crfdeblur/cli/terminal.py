@@ -37,6 +37,13 @@ def put(stream: TextIO | None, text: str) -> None:
         _silence(stream)
 
 
+def is_shown(stream: TextIO | None) -> bool:
+    """Whether a stream leads to a terminal."""
+    with suppress(OSError, ValueError):  # closed
+        return stream is not None and stream.isatty()
+    return False
+
+
 def _silence(stream: TextIO) -> None:
     """Lead a stream to nowhere, so that nothing fails when the program ends, either."""
     with suppress(OSError, ValueError):
