@@ -25,6 +25,9 @@ OTHERS += [
 ]
 OTHERS += ["PIL.PngImagePlugin", "tifffile", "imagecodecs", "tempfile", "secrets", "argparse"]
 OURS = "napari_crfdeblur"
+# Where outputs appear and are taken away: half of the moments are there.
+WRITING = (f"{OURS}/io/", f"{OURS}/interrupts", f"{OURS}/cli/stopping", f"{OURS}/cli/__init__")
+FIRST = 20  # steps until Ctrl-C is heard, so that the second one does no harm
 MOST = 300  # times that Ctrl-C is pressed once more
 
 
@@ -33,10 +36,13 @@ class Steps:
 
     def __init__(self, at, happen):
         self.count, self._at, self._happen = 0, at, happen
+        self.writing = []
 
     def __call__(self, frame, event, _argument):
         if event in ("call", "line"):
             self.count += 1
+            if self._at == 0 and any(part in frame.f_code.co_filename for part in WRITING):
+                self.writing.append(self.count)
             if self.count == self._at:
                 self._happen()
         return self if OURS in frame.f_code.co_filename else None
@@ -79,12 +85,18 @@ def run(line, folder, steps=None):
             code = main(line)
             sys.settrace(None)
             sys.setprofile(None)
-            os.write(counted.fileno(), str(steps.count if steps else 0).encode())
+            if steps:
+                counted.write(json.dumps([steps.count, steps.writing]).encode())
+                counted.flush()
             os._exit(code)
         _, status = os.waitpid(child, 0)
         error.seek(0)
         counted.seek(0)
-        return os.waitstatus_to_exitcode(status), error.read().decode(), int(counted.read() or 0)
+        return (
+            os.waitstatus_to_exitcode(status),
+            error.read().decode(),
+            json.loads(counted.read() or "null"),
+        )
 
 
 def everything(folder):
@@ -107,9 +119,12 @@ def main():
         shutil.copytree(start, folder)
 
     fresh()
-    code, error, total = run(line, folder, Steps(0, None))
+    code, error, (total, writing) = run(line, folder, Steps(0, None))
     after = everything(folder)
-    numbers = random.Random(asked["seed"]).sample(range(1, total + 1), asked["moments"])
+    draw, half = random.Random(asked["seed"]), asked["moments"] // 2
+    first = FIRST if asked["way"] == "again" else 1
+    numbers = draw.sample(range(first, total + 1), half)
+    numbers += draw.sample([number for number in writing if number >= first], half)
     ends = []
     for number in numbers:
         fresh()

@@ -60,11 +60,11 @@ def cut_short(start, line, way, moments, *, loaded=(), seed=0, again=False):
     ("line", "way", "moments", "loaded"),
     [
         (DEBLUR, "once", 50, STAGES),
-        (DEBLUR, "again", 30, STAGES),
-        (DEBLUR, "once", 8, []),  # also while our own stages are loaded
-        (SIMULATE, "again", 20, STAGES),
-        (TILES, "once", 12, [*STAGES, "zarr", "dask.array"]),
-        (BATCH, "again", 20, STAGES),
+        (DEBLUR, "again", 16, STAGES),
+        (DEBLUR, "once", 4, []),  # also while our own stages are loaded
+        (SIMULATE, "again", 8, STAGES),
+        (TILES, "once", 6, [*STAGES, "zarr", "dask.array"]),
+        (BATCH, "again", 10, STAGES),
     ],
     ids=["deblur", "deblur, again", "loading", "simulate, again", "zarr", "batch, again"],
 )
@@ -93,7 +93,7 @@ def assert_part_of_a_batch(files, found):
 
 @pytest.mark.parametrize(
     ("line", "moments", "loaded"),
-    [(DEBLUR, 50, STAGES), (SIMULATE, 20, STAGES), (TILES, 12, [*STAGES, "zarr", "dask.array"])],
+    [(DEBLUR, 50, STAGES), (SIMULATE, 8, STAGES), (TILES, 6, [*STAGES, "zarr", "dask.array"])],
     ids=["deblur", "simulate", "zarr"],
 )
 def test_a_killed_run_leaves_each_output_old_or_new(start, line, moments, loaded):
@@ -107,7 +107,7 @@ def test_a_killed_run_leaves_each_output_old_or_new(start, line, moments, loaded
 
 
 def test_a_killed_batch_goes_on_exactly_where_it_was(start):
-    found = cut_short(start, BATCH, "kill", 20, loaded=STAGES, seed=3, again=True)
+    found = cut_short(start, BATCH, "kill", 8, loaded=STAGES, seed=3, again=True)
     photos = [name for name in found["after"] if name.endswith(".png")]
     for end in found["ends"]:
         assert end["second"] == [0, ""], end["at"]

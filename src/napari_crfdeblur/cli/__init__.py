@@ -18,15 +18,22 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         By default those of the program, which then ends: Ctrl-C has nothing to stop any more.
     """
-    with Stopping(last=argv is None) as stopping:
-        try:
-            with stopping.allowed():
-                return _run(argv)
-        except KeyboardInterrupt:
-            from .terminal import complain
+    try:
+        with Stopping(last=argv is None) as stopping:
+            try:
+                with stopping.allowed():
+                    return _run(argv)
+            except KeyboardInterrupt:
+                return _stopped()
+    except KeyboardInterrupt:  # in the moment before Ctrl-C is heard, or that after it
+        return _stopped()
 
-            complain("stopped; no file was left half written, so start again when you like")
-            return FAILED
+
+def _stopped() -> int:
+    from .terminal import complain
+
+    complain("stopped; no file was left half written, so start again when you like")
+    return FAILED
 
 
 def _run(argv: Sequence[str] | None) -> int:
