@@ -8,7 +8,7 @@ import numpy as np
 from ._typing import Image
 from .deconvolution import LocalShrinkage, deconvolving
 from .estimate import GivenResponse
-from .io import write_photo, write_psf, write_responses, write_text
+from .io import Output, Outputs, write_photo, write_psf, write_responses, write_text
 from .pipeline import Deblurred, deblurring
 from .progress import Job
 from .psf import camera_shake
@@ -23,6 +23,7 @@ RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
 SHAPE = 800, 1200
 PSF_SIZE = 15
 NOISE = 0.003
+TRIALS = ("identity", "gamma 2.2", "estimated", "true")  # responses that are compared
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,14 +70,9 @@ def demonstrating(seed: int = 0) -> Job[Demonstration]:
     truth = simulate(street((rows, columns), seed=seed), psf, camera, seed=seed)
     whole = yield from deblurring(truth.photo)
     estimate = whole.responses[0]
-    curves = {
-        "identity": Identity(),
-        "gamma 2.2": Gamma(2.2),
-        "estimated": estimate.curve,
-        "true": RESPONSE,
-    }
+    curves = Identity(), Gamma(2.2), estimate.curve, RESPONSE
     trials = []
-    for name, curve in curves.items():
+    for name, curve in zip(TRIALS, curves, strict=True):
         trials.append((yield from _trying(name, curve, truth, estimate.covered)))
     return Demonstration(truth, whole, tuple(trials))
 
@@ -122,22 +118,52 @@ def table(result: Demonstration) -> str:
     )
 
 
-def write(result: Demonstration, folder: Path) -> None:
-    """Write the pictures, the PSFs, the response, the table and a report to a folder."""
+def writing(folder: Path) -> Outputs:
+    """All that :func:`write` writes to a folder, which is made if it is missing."""
+    names = [f"{name}.png" for name in ("blurred", "sharp", "deblurred", "before-after")]
+    names += [_picture(trial) for trial in TRIALS]
+    names += ["psf-true.png", "psf-estimated.png"]
+    names += ["response-true.json", "response-estimated.json", "table.md", "report.html"]
+    planned = [Output(folder / name, (Path(name).suffix,)) for name in names]
+    return Outputs((), planned, [folder])
+
+
+def write(result: Demonstration, folder: Path, outputs: Outputs) -> None:
+    """Write the pictures, the PSFs, the response, the table and a report to a folder.
+
+    Parameters
+    ----------
+    result : Demonstration
+    folder : Path
+    outputs : Outputs
+        Of that folder, entered: its files appear at the end of it.
+    """
     truth, whole = result.truth, result.whole
-    write_photo(folder / "blurred.png", truth.photo)
-    write_photo(folder / "sharp.png", truth.sharp)
-    write_photo(folder / "deblurred.png", whole.photo)
+
+    def at(name: str) -> Path:
+        return outputs[folder / name]
+
+    write_photo(at("blurred.png"), truth.photo)
+    write_photo(at("sharp.png"), truth.sharp)
+    write_photo(at("deblurred.png"), whole.photo)
     for trial in result.trials:
-        name = trial.name.replace(" ", "-")
-        write_photo(folder / f"deblurred-{name}.png", trial.photo)
-    write_photo(folder / "before-after.png", before_after(result))
-    write_psf(folder / "psf-true.png", truth.psf)
-    write_psf(folder / "psf-estimated.png", whole.psf.psf)
-    write_responses(folder / "response-true.json", [GivenResponse(RESPONSE).estimate()])
-    write_responses(folder / "response-estimated.json", whole.responses)
-    write_text(folder / "table.md", table(result) + "\n")
-    report = Report(
+        write_photo(at(_picture(trial.name)), trial.photo)
+    write_photo(at("before-after.png"), before_after(result))
+    write_psf(at("psf-true.png"), truth.psf)
+    write_psf(at("psf-estimated.png"), whole.psf.psf)
+    write_responses(at("response-true.json"), [GivenResponse(RESPONSE).estimate()])
+    write_responses(at("response-estimated.json"), whole.responses)
+    write_text(at("table.md"), table(result) + "\n")
+    write_report(at("report.html"), _report(result))
+
+
+def _picture(trial: str) -> str:
+    return f"deblurred-{trial.replace(' ', '-')}.png"
+
+
+def _report(result: Demonstration) -> Report:
+    truth, whole = result.truth, result.whole
+    return Report(
         title="A known street, blurred and recovered",
         photo=truth.photo,
         edges=whole.edges,
@@ -148,7 +174,6 @@ def write(result: Demonstration, folder: Path) -> None:
         references={"gamma 2.2": Gamma(2.2), "true": RESPONSE},
         figures={f"PSNR, {trial.name}": f"{trial.psnr:.2f} dB" for trial in result.trials},
     )
-    write_report(folder / "report.html", report)
 
 
 def before_after(result: Demonstration) -> Image:

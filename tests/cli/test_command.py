@@ -292,7 +292,7 @@ def test_a_response_file_that_is_none_is_refused(capsys, change, advice):
     [
         (["deblur", "photo.png", "-o", "missing/out.png"], "no such folder"),
         (["deblur", "photo.png", "-o", "out.xyz"], "kind of file"),
-        (["deblur", "photo.png", "-o", "photo.png"], "the photo itself"),
+        (["deblur", "photo.png", "-o", "photo.png"], "is read by this run"),
         (["deblur", "photo.png", "--response", "gamma:x"], "no response"),
         (["deblur", "photo.png", "--response", "gamma:-1"], "positive"),
         (["deblur", "photo.png", "--report", "report.doc"], "kind of file"),

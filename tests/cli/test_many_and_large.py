@@ -163,12 +163,12 @@ def test_what_is_no_stack_has_no_psf_of_three_dimensions(arguments, reason, caps
     ("arguments", "reason"),
     [
         (["a.tif", "-o", "x.png", "--tiled"], "written as TIFF or zarr"),
-        (["a.tif", "-o", "a.tif", "--tiled"], "is the photo itself"),
+        (["a.tif", "-o", "a.tif", "--tiled"], "is read by this run"),
         (["a.tif", "--tiled", "--save-edges", "e.json"], "worked on as a whole"),
         (["a.tif", "--tiled", "--cameras", "c"], "worked on as a whole"),
         (["none.tif", "--tiled"], "no such file"),
         (["none.zarr", "-o", "x.zarr"], "no such file"),
-        (["a.tif", "--scheduler", "nonsense"], "did not answer"),
+        (["a.tif", "--scheduler", "nonsense"], "address of a scheduler"),
     ],
 )
 def test_what_tiles_cannot_do_is_refused(arguments, reason, capsys, here):

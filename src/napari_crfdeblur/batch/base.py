@@ -162,7 +162,9 @@ def _deblurring_files(batch: Batch, scheduler: str | None) -> Job[BatchResult]:
     options, responses = yield from sharing_response(batch.options, photos, journal)
     options = yield from sharing_psf(options, batch.psf_of, photos, journal)
     with _unfinished(batch.folder) as aside:
-        work = _Work(journal, aside, options, fingerprint(settings_of(options)), batch.suffix)
+        settings = fingerprint(settings_of(options))
+        given = frozenset(photo.resolve() for photo in photos)
+        work = _Work(journal, aside, options, settings, batch.suffix, given)
         if scheduler is None:
             outcomes = yield from _one_by_one(work, photos)
         else:
@@ -180,6 +182,7 @@ class _Work:
     options: DeblurOptions
     settings: str
     suffix: str
+    given: frozenset[Path]
 
     def begin(self, photo: Path) -> tuple[str, Image, Stamp] | Outcome:
         """Name of the result, pixels and stamp of a photo; or its fate, if it is clear."""
@@ -188,6 +191,8 @@ class _Work:
             check_input(photo)
             if self.journal.is_done(name, Stamp.of(photo), self.settings):
                 return Outcome(photo, Fate.KEPT, self.journal.folder / name)
+            if (self.journal.folder / name).resolve() in self.given:
+                raise CrfDeblurError(f"its result, {name}, was given as a photo; leave that out")
             return name, *load(photo)
         except REFUSALS as error:
             return failed(photo, error)

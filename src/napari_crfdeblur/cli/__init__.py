@@ -1,10 +1,8 @@
 """The command ``crfdeblur``."""
 
-import sys
 from collections.abc import Sequence
 
-from ..errors import REFUSALS, in_words
-from .parser import parse
+from .stopping import Stopping
 
 FAILED = 2
 IN_PART = 1
@@ -15,21 +13,48 @@ def main(argv: Sequence[str] | None = None) -> int:
 
     A batch of which some photos were passed over returns 1.
 
-    Numpy and the stages are loaded only after the arguments have been read, so that help
-    comes at once.
+    Parameters
+    ----------
+    argv : sequence of str, optional
+        By default those of the program, which then ends: Ctrl-C has nothing to stop any more.
     """
-    arguments = parse(argv)
     try:
-        from . import commands
+        with Stopping(last=argv is None) as stopping:
+            try:
+                with stopping.allowed():
+                    return _run(argv)
+            except KeyboardInterrupt:
+                return _stopped()
+    except KeyboardInterrupt:  # in the moment before Ctrl-C is heard, or that after it
+        return _stopped()
 
-        complete = getattr(commands, arguments.command)(arguments)
-    except REFUSALS as error:
-        return _fail(in_words(error))
-    except KeyboardInterrupt:
-        return _fail("stopped; no file was left half written, so start again when you like")
-    return IN_PART if complete is False else 0
 
+def _stopped() -> int:
+    from .terminal import complain
 
-def _fail(sentence: str) -> int:
-    print(f"crfdeblur: {sentence}", file=sys.stderr)
+    complain("stopped; no file was left half written, so start again when you like")
     return FAILED
+
+
+def _run(argv: Sequence[str] | None) -> int:
+    """Read the arguments, and do what they say.
+
+    Numpy and the stages are loaded only after the arguments have been read, so that help
+    comes at once; and as a whole, since what is loaded in part misleads what comes after it.
+    """
+    from ..errors import REFUSALS, in_words
+    from ..interrupts import uninterrupted
+    from .parser import parse
+    from .terminal import complain, quiet
+
+    with quiet():
+        try:
+            arguments = parse(argv)
+            with uninterrupted():
+                from . import commands
+            complete = getattr(commands, arguments.command)(arguments)
+        except REFUSALS as error:
+            Stopping.check()
+            complain(in_words(error))
+            return FAILED
+    return IN_PART if complete is False else 0

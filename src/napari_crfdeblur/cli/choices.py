@@ -2,40 +2,27 @@
 
 from argparse import Namespace
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from math import radians
 from pathlib import Path
 from typing import TypeAlias
 
 from .._typing import FloatArray
-from ..deconvolution import (
-    Deconvolver,
-    HyperLaplacian,
-    LocalShrinkage,
-    RichardsonLucy,
-    SparseIrls,
-    TotalVariation,
-    Wiener,
-)
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
     KnownPsf,
     MaximumLikelihood,
-    MeanProfile,
     PerChannel,
-    RankMinimization,
     ResponseFit,
-    Tail,
 )
-from ..io import read_psf, read_responses
+from ..io import read_edges, read_psf, read_responses
+from ..methods import DECONVOLUTIONS, PSFS, RESPONSES, named, words
+from ..pipeline import DeblurOptions
 from ..psf import (
-    Fergus,
     GivenPsf,
     PsfEstimator,
-    RadonFit,
-    Shan,
     Variational,
-    XuJia,
     camera_shake,
     disk,
     gaussian,
@@ -47,23 +34,29 @@ from ..response import SRGB, Cameras, Gamma, Identity, ResponseCurve, ResponsePr
 
 Prior: TypeAlias = Cameras | ResponsePrior
 
-DECONVOLVERS: dict[str, Callable[[], Deconvolver]] = {
-    "local-shrinkage": LocalShrinkage,
-    "hyper-laplacian": HyperLaplacian,
-    "irls": SparseIrls,
-    "total-variation": TotalVariation,
-    "richardson-lucy": RichardsonLucy,
-    "wiener": Wiener,
-}
+SHARED = ("each", "first", "one")  # words of ``batch --psf``: whose PSF is used
 
-PSF_METHODS: dict[str, Callable[[int | None], PsfEstimator | None]] = {
-    "auto": lambda size: Variational(size=size) if size else None,
-    "edges": lambda size: RadonFit(size=size),
-    "variational": lambda size: Variational(size=size),
-    "xu-jia": lambda size: XuJia(size=size),
-    "fergus": lambda size: Fergus(size=size),
-    "shan": lambda size: Shan(size=size),
-}
+
+def deblur_options(arguments: Namespace) -> DeblurOptions:
+    """All that the arguments of a command say of how a photo is deblurred, made once.
+
+    What a command has no argument for is left to the default, and what it does by itself, such
+    as the response in ``estimate`` and the PSF of each photo in ``batch``, too.
+    """
+    given = vars(arguments)
+    edges, psf = given.get("edges"), given.get("psf")
+    options = DeblurOptions(
+        edges=read_edges(edges) if edges else None,
+        blur_extent=given.get("blur_extent"),
+        regions=given.get("varying"),
+    )
+    if "response" in given:
+        options = replace(options, response=response_fits(arguments))
+        word = "auto" if arguments.command == "batch" and psf in SHARED else str(psf)
+        options = replace(options, psf=psf_estimator(word, arguments.psf_size))
+    if arguments.command in ("deblur", "batch"):
+        options = replace(options, method=named(DECONVOLUTIONS, arguments.method).make())
+    return options
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:
@@ -132,15 +125,17 @@ def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
         return KnownPsf(read_psf(psf))
     if psf is not None:
         raise CrfDeblurError(f"--method {name} does not use a PSF: leave out --psf")
-    if name == "mean":
-        return MeanProfile()
-    return RankMinimization(Tail.ALL if name == "rank-all" else Tail.SECOND)
+    method: ResponseFit = named(RESPONSES, name).make()
+    return method
 
 
 def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
-    if text in PSF_METHODS:
-        return PSF_METHODS[text](size)
+    if text == "auto":
+        return Variational(size=size) if size else None
+    if text in words(PSFS):
+        method: PsfEstimator = named(PSFS, text).make(size=size)
+        return method
     if size:
         raise CrfDeblurError("--psf-size is for an estimated PSF: leave it out with --psf FILE")
     return GivenPsf(read_psf(Path(text)))

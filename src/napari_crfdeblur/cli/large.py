@@ -4,31 +4,23 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from ..errors import CrfDeblurError
 from ..io.images import TIFF
-from ..large import Source, check_target, informative_region, open_source, restore_large, storing
+from ..large import Source, check_target, open_source, storing
+from ..large.deblur import FoundInPart, deblurring_large, is_volume
 from ..large.region import read_part
-from ..large.restore import check_blur
 from ..large.sources import NPY, ZARR
+from ..large.stamp import check_zarr
 from ..large.tiff import size_of_page
-from ..pipeline import (
-    DEFAULT_METHOD,
-    DeblurOptions,
-    Intermediates,
-    Stage,
-    edges_needed,
-    walking,
-)
-from ..pipeline.intermediates import made
-from ..psf import GivenPsf, PsfEstimate
+from ..pipeline import DeblurOptions
+from ..pipeline.intermediates import PLANE, made
+from ..psf import PsfEstimate
 from ..report import Report
+from ..texts import printable
 from .bar import run
+from .files import beside
 
-PLANE = 2  # axes
 PIXELS = 1 << 26  # above which a photo is worked on in tiles
-GIVEN = 1024  # side of the part that is looked at if response and PSF are given
 ENDINGS = (*TIFF, ZARR)
 
 
@@ -36,77 +28,89 @@ def wants_tiles(arguments: Namespace, options: DeblurOptions) -> bool:
     """Whether a photo is worked on in tiles: asked for, the only way, or better for its size."""
     path, output = arguments.photo, arguments.output
     ending = output.suffix.lower() if output else ".tif"
-    if arguments.tiled or arguments.scheduler or ending == ZARR or _is_volume(options):
+    if arguments.tiled or arguments.scheduler or ending == ZARR or is_volume(options):
         return True
     if path.is_dir() or path.suffix.lower() == NPY:
         return True
     whole = arguments.edges or arguments.save_edges or arguments.cameras or ending not in ENDINGS
-    return not whole and path.suffix.lower() in TIFF and size_of_page(path) > PIXELS
+    large = not whole and path.suffix.lower() in TIFF and path.is_file()
+    return large and size_of_page(path) > PIXELS
 
 
 def default_output(photo: Path) -> Path:
     """Beside the photo: zarr for zarr, else TIFF."""
     ending = ZARR if photo.is_dir() else ".tif"
-    return photo.with_name(f"{photo.stem}-deblurred{ending}")
+    return beside(photo, f"{photo.stem}-deblurred{ending}")
 
 
 def check_large(arguments: Namespace, output: Path, options: DeblurOptions) -> None:
     """Refuse, before any work, what cannot be done in tiles."""
-    if output.suffix.lower() not in ENDINGS:
-        raise CrfDeblurError(
-            f"{output}: a photo in tiles is written as TIFF or zarr; choose a name that ends in "
-            + ", ".join(ENDINGS)
-        )
-    if arguments.varying and _is_volume(options):
+    check_place(arguments.photo, output)
+    if arguments.varying and is_volume(options):
         raise CrfDeblurError("--varying is for PSFs with rows and columns only: leave it out")
     if arguments.edges or arguments.save_edges:
         raise CrfDeblurError(
             "--edges and --save-edges are for photos that are worked on as a whole; find the "
             "response on one of those, and give it with --response"
         )
-    if output.exists() and arguments.photo.exists() and output.samefile(arguments.photo):
-        raise CrfDeblurError(f"{output}: is the photo itself; choose another name")
+    if arguments.cameras or arguments.camera:
+        raise CrfDeblurError(
+            "--cameras is for photos that are worked on as a whole; estimate the response first, "
+            "and give it with --response"
+        )
+
+
+def check_place(photo: Path, output: Path) -> None:
+    """Refuse what is no photo for tiles, and a result that tiles cannot be written to."""
+    if photo.is_dir():
+        check_zarr(photo)
+    if output.suffix.lower() not in ENDINGS:
+        raise CrfDeblurError(
+            f"{output}: a photo in tiles is written as TIFF or zarr; choose a name that ends in "
+            + ", ".join(ENDINGS)
+        )
     check_target(output)
 
 
-def deblur_in_tiles(arguments: Namespace, output: Path, options: DeblurOptions) -> Report:
-    """Find response and PSF on a part of the photo, and restore all of it in tiles."""
-    source = open_source(arguments.photo)
-    if isinstance(options.psf, GivenPsf):
-        check_blur(source, options.psf.psf, source.color)
-    region = informative_region(source, *_sides(source, options))
-    have = Intermediates(read_part(source, region))
+def deblur_in_tiles(
+    photo: Path, source: Source, output: Path, options: DeblurOptions, scheduler: str | None
+) -> FoundInPart:
+    """Find response and PSF on a part of the photo, and restore all of it in tiles.
+
+    Parameters
+    ----------
+    photo : Path
+        For messages.
+    source : Source
+        The photo.
+    output : Path
+        Where the result is written.
+    options : DeblurOptions
+    scheduler : str or None
+        Address of a cluster.
+    """
     try:
-        have = run(walking(have, options, until=Stage.FIELD))
+        found = run(deblurring_large(source, options))
     except CrfDeblurError as error:
-        raise CrfDeblurError(f"{arguments.photo}: {error}") from error
-    response, psf = made(have.response, "a response"), made(have.psf, "a PSF")
-    method, blur = options.method or DEFAULT_METHOD, have.field or psf.psf
-    array = restore_large(source, response.curve, blur, method, channels=source.color)
-    run(storing(array, output, scheduler=arguments.scheduler, source=source))
+        text = str(error)
+        raise CrfDeblurError(text if text.startswith(str(photo)) else f"{photo}: {text}") from error
+    run(storing(found.lazy, output, scheduler=scheduler, source=source))
+    return found
+
+
+def report_of_tiles(photo: Path, source: Source, found: FoundInPart, output: Path | None) -> Report:
+    """What was found in the part, and the part restored, if `output` has it."""
+    have = found.have
     return Report(
-        title=f"{arguments.photo.name}, {_place(source, region)}",
+        title=f"{printable(photo.name)}, {_place(source, found.region)}",
         photo=have.photo,
         edges=have.edges or (),
         groups=have.groups or (),
-        responses=response.estimates,
-        psf=_seen(psf),
+        responses=made(have.response, "a response").estimates,
+        psf=_seen(made(have.psf, "a PSF")),
         field=have.field,
-        sharp=read_part(open_source(output), region) if arguments.report else None,
+        sharp=read_part(open_source(output), found.region) if output else None,
     )
-
-
-def _sides(source: Source, options: DeblurOptions) -> tuple[int, ...]:
-    """Rows and columns of the part that is looked at; all of them if the blur varies."""
-    if options.regions is not None:
-        return source.shape[: len(source.shape) - source.color][-2:]
-    whole = edges_needed(Intermediates(np.empty((0, 0))), options)
-    return () if whole else (GIVEN, GIVEN)
-
-
-def _is_volume(options: DeblurOptions) -> bool:
-    """Whether the PSF has three dimensions, so that a stack is worked on as a volume."""
-    return isinstance(options.psf, GivenPsf) and options.psf.psf.ndim > PLANE
 
 
 def _seen(found: PsfEstimate) -> PsfEstimate:

@@ -3,22 +3,17 @@
 from argparse import ArgumentParser
 from pathlib import Path
 
-from .kinds import name, odd, positive
+from .. import methods
+from ..methods import words
+from . import kinds
 
 RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
-PSFS = ("auto", "edges", "variational", "xu-jia", "fergus", "shan")
+PSFS = ("auto", *words(methods.PSFS))
 PSF_HELP = (
     "auto (from the picture), edges (from them alone), variational, xu-jia, fergus, shan (from "
     "the picture by these methods), or a file (.png, .tif, .npy)"
 )
-METHODS = (
-    "local-shrinkage",
-    "hyper-laplacian",
-    "irls",
-    "total-variation",
-    "richardson-lucy",
-    "wiener",
-)
+METHODS = words(methods.DECONVOLUTIONS)
 
 
 def output(
@@ -33,7 +28,7 @@ def output(
     command.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=kinds.path,
         default=default,
         required=required,
         metavar=metavar,
@@ -43,18 +38,19 @@ def output(
 
 def photo(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
     """``PHOTO``."""
-    command.add_argument("photo", type=Path, metavar="PHOTO", help=text)
+    command.add_argument("photo", type=kinds.path, metavar="PHOTO", help=text)
 
 
 def photos(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
     """``PHOTO ...``."""
-    command.add_argument("photos", type=Path, nargs="+", metavar="PHOTO", help=text)
+    command.add_argument("photos", type=kinds.path, nargs="+", metavar="PHOTO", help=text)
 
 
 def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
     """``--response``, and ``--prior``."""
     command.add_argument(
         "--response",
+        type=kinds.word,
         default="auto",
         metavar="RESPONSE",
         help=f"{of}{RESPONSE_HELP} (default: {auto})",
@@ -67,20 +63,27 @@ def method(command: ArgumentParser) -> None:
     command.add_argument(
         "--method",
         choices=METHODS,
-        default="local-shrinkage",
-        help="deconvolution (default: local-shrinkage)",
+        default=METHODS[0],
+        help=f"deconvolution (default: {METHODS[0]})",
     )
 
 
 def seed(command: ArgumentParser) -> None:
     """``--seed``."""
-    command.add_argument("--seed", type=int, default=0, help="draw another scene (default: 0)")
+    command.add_argument(
+        "--seed",
+        type=kinds.seed,
+        default=0,
+        metavar="NUMBER",
+        help=f"draw another scene: 0 to {kinds.LARGEST_SEED} (default: 0)",
+    )
 
 
 def prior(command: ArgumentParser) -> None:
     """``--prior``."""
     command.add_argument(
         "--prior",
+        type=kinds.word,
         metavar="KIND",
         help="what is assumed of a camera of which nothing is stored: digital, dorf (film and "
         "digital), srgb, or a response file of it or one like it (default: digital)",
@@ -91,13 +94,13 @@ def cameras(command: ArgumentParser) -> None:
     """``--cameras`` and ``--camera``."""
     command.add_argument(
         "--cameras",
-        type=Path,
+        type=kinds.path,
         metavar="FOLDER",
         help="stored cameras: start from what other photos have told of this one",
     )
     command.add_argument(
         "--camera",
-        type=name,
+        type=kinds.name,
         metavar="NAME",
         help="name of the camera, with --cameras (default: what the photo says)",
     )
@@ -107,20 +110,24 @@ def psf_size(command: ArgumentParser) -> None:
     """``--psf-size``."""
     command.add_argument(
         "--psf-size",
-        type=odd,
+        type=kinds.odd,
         metavar="PIXELS",
-        help="largest extent of the PSF (default: found from the picture)",
+        help=f"largest extent of the PSF, 3 to {kinds.LARGEST_PSF} "
+        "(default: found from the picture)",
     )
 
 
 def edges(command: ArgumentParser) -> None:
     """``--edges`` and ``--save-edges``, and what :func:`extent` has."""
     command.add_argument(
-        "--edges", type=Path, metavar="FILE", help="edges to use (.json) instead of finding them"
+        "--edges",
+        type=kinds.path,
+        metavar="FILE",
+        help="edges to use (.json) instead of finding them",
     )
     command.add_argument(
         "--save-edges",
-        type=Path,
+        type=kinds.path,
         metavar="FILE",
         help="write the edges that were found (.json, or .csv for a spreadsheet)",
     )
@@ -131,9 +138,10 @@ def extent(command: ArgumentParser) -> None:
     """``--blur-extent`` and ``--per-channel``."""
     command.add_argument(
         "--blur-extent",
-        type=positive,
+        type=kinds.extent,
         metavar="PIXELS",
-        help="largest width of a blurred edge (default: judged from the photo)",
+        help="largest width of a blurred edge, at most that of the photo "
+        "(default: judged from the photo)",
     )
     command.add_argument(
         "--per-channel",
@@ -146,6 +154,7 @@ def scheduler(command: ArgumentParser) -> None:
     """``--scheduler``."""
     command.add_argument(
         "--scheduler",
+        type=kinds.address,
         metavar="ADDRESS",
         help="let the workers of a dask.distributed cluster do the work, such as tcp://host:8786",
     )
@@ -155,7 +164,7 @@ def report(command: ArgumentParser) -> None:
     """``--report``."""
     command.add_argument(
         "--report",
-        type=Path,
+        type=kinds.path,
         metavar="FILE",
         help="write a page that shows what was found (.html or .png)",
     )

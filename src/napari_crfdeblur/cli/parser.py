@@ -1,19 +1,41 @@
 """What can be said on the command line; loads nothing but the standard library."""
 
+import sys
 from argparse import ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import Any, NoReturn
 
 from .._version import __version__
-from . import options
-from .kinds import grid, odd, size
+from ..errors import CrfDeblurError
+from ..methods import RESPONSES, words
+from . import kinds, options
+from .terminal import put
 
-FITS = ("likelihood", "rank", "rank-all", "mean", "known-psf")
+FITS = (*words(RESPONSES), "known-psf")
+
+
+class Parser(ArgumentParser):
+    """Says what is wrong in one sentence, and prints help as everything is printed."""
+
+    def error(self, message: str) -> NoReturn:
+        """Refuse a mistake."""
+        raise CrfDeblurError(f"{message}; `{self.prog} --help` tells the options")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        # Everything that argparse prints passes here, by the documentation of nobody.
+        put(file or sys.stdout, message)
 
 
 def parse(argv: Sequence[str] | None) -> Namespace:
-    """Read the arguments; on ``--help`` or a mistake, argparse ends the program."""
-    parser = ArgumentParser(
+    """Read the arguments; on ``--help``, argparse ends the program.
+
+    Raises
+    ------
+    CrfDeblurError
+        They cannot be understood.
+    """
+    parser = Parser(
         prog="crfdeblur",
         description="Deblur photos in linear light, with the camera response estimated from "
         "the straight edges of the blurred photo itself.",
@@ -21,7 +43,7 @@ def parse(argv: Sequence[str] | None) -> Namespace:
     )
     parser.add_argument("--version", action="version", version=f"crfdeblur {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    for add in (_demo, _deblur, _batch, _estimate, _psf, _simulate):
+    for add in (_demo, _deblur, _repeat, _batch, _estimate, _psf, _simulate):
         add(_adder(commands.add_parser))
     return parser.parse_args(argv)
 
@@ -64,7 +86,11 @@ def _deblur(add: Add) -> None:
     options.response(deblur)
     options.cameras(deblur)
     deblur.add_argument(
-        "--psf", default="auto", metavar="PSF", help=f"{options.PSF_HELP} (default: auto)"
+        "--psf",
+        type=kinds.word,
+        default="auto",
+        metavar="PSF",
+        help=f"{options.PSF_HELP} (default: auto)",
     )
     options.method(deblur)
     options.psf_size(deblur)
@@ -72,12 +98,12 @@ def _deblur(add: Add) -> None:
     options.report(deblur)
     deblur.add_argument(
         "--varying",
-        type=grid,
+        type=kinds.grid,
         nargs="?",
         const=4,
         metavar="ROWSxCOLUMNS",
-        help="for a camera that turned: a PSF for each of so many parts of the photo "
-        "(default: 4 along the longer side)",
+        help=f"for a camera that turned: a PSF for each of so many parts of the photo, 1 to "
+        f"{kinds.MOST_PARTS} each (default: 4 along the longer side)",
     )
     deblur.add_argument(
         "--tiled",
@@ -86,6 +112,28 @@ def _deblur(add: Add) -> None:
         "and more than 67 megapixels, and stacks for a PSF of three dimensions)",
     )
     options.scheduler(deblur)
+    deblur.add_argument(
+        "--record",
+        type=kinds.path,
+        metavar="FILE.json",
+        help="write what was done, for `crfdeblur repeat`",
+    )
+
+
+def _repeat(add: Add) -> None:
+    repeat = add(
+        "repeat",
+        "do again what a record says, and say whether the same comes out",
+        "crfdeblur repeat sharp.json photo.jpg",
+    )
+    repeat.add_argument(
+        "record_file",
+        type=kinds.path,
+        metavar="RECORD",
+        help="what `deblur --record` wrote, or the window exported",
+    )
+    options.photo(repeat, "the same photo, or another one")
+    options.output(repeat, "FILE", "the result (default: it is compared, and not written)")
 
 
 def _batch(add: Add) -> None:
@@ -104,6 +152,7 @@ def _batch(add: Add) -> None:
     options.response(batch, "of all photos: ", "auto, from the photos together")
     batch.add_argument(
         "--psf",
+        type=kinds.word,
         default="each",
         metavar="PSF",
         help="each (every photo has its own), first (that of the first photo for all), one (one "
@@ -113,9 +162,11 @@ def _batch(add: Add) -> None:
     options.method(batch)
     batch.add_argument(
         "--suffix",
+        type=kinds.suffix,
         default="-deblurred",
         metavar="TEXT",
-        help="what is added to the name of each photo (default: -deblurred)",
+        help=f"what is added to the name of each photo, up to {kinds.LONGEST_NAME} characters "
+        "(default: -deblurred)",
     )
     options.extent(batch)
     options.scheduler(batch)
@@ -140,7 +191,7 @@ def _estimate(add: Add) -> None:
         help="likelihood, or of the paper: rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5), "
         "known-psf (Eq. 4) (default: likelihood)",
     )
-    estimate.add_argument("--psf", type=Path, metavar="FILE", help="the PSF, if it is known")
+    estimate.add_argument("--psf", type=kinds.path, metavar="FILE", help="the PSF, if it is known")
     options.prior(estimate)
     options.cameras(estimate)
     options.edges(estimate)
@@ -193,26 +244,29 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--psf",
+        type=kinds.word,
         default="shake",
         metavar="PSF",
         help="shake, kernel-a, kernel-b, line, disk, gaussian, or a file (default: shake)",
     )
     simulate.add_argument(
         "--psf-size",
-        type=odd,
+        type=kinds.odd,
         default=21,
         metavar="PIXELS",
-        help="extent of the blur (default: 21)",
+        help=f"extent of the blur, 3 to {kinds.LARGEST_PSF} (default: 21)",
     )
     simulate.add_argument(
         "--turn",
-        type=float,
+        type=kinds.turn,
         default=0.0,
         metavar="DEGREES",
-        help="by which the camera turns, too, while it shakes (default: 0)",
+        help=f"by which the camera turns, too, while it shakes, up to {kinds.LARGEST_TURN:g} "
+        "to either side (default: 0)",
     )
     simulate.add_argument(
         "--response",
+        type=kinds.word,
         default="camera",
         metavar="RESPONSE",
         help="camera (one far from gamma 2.2), gamma:2.2, srgb, identity, or a "
@@ -220,16 +274,17 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--size",
-        type=size,
+        type=kinds.size,
         default=(600, 900),
         metavar="ROWSxCOLUMNS",
-        help="of the photo (default: 600x900)",
+        help=f"of the photo, 64 to {kinds.LONGEST_SIDE} each (default: 600x900)",
     )
     simulate.add_argument(
         "--noise",
-        type=float,
+        type=kinds.noise,
         default=0.002,
-        help="standard deviation before the response (default: 0.002)",
+        metavar="NUMBER",
+        help="standard deviation before the response, 0 to 1 (default: 0.002)",
     )
     simulate.add_argument(
         "--bits", type=int, choices=(8, 16), default=8, help="of each pixel (default: 8)"

@@ -13,6 +13,7 @@ from .deblur_records import read_record, record_content, record_from, write_reco
 from .edges import read_edges, write_edges
 from .files import check_folder, check_output, make_folder, write_text
 from .images import read_photo, write_photo
+from .outputs import Output, Outputs, check_apart
 from .psfs import read_psf, write_psf
 from .records import from_record, to_record
 from .responses import read_responses, write_responses
@@ -22,8 +23,11 @@ __all__ = [
     "CameraKey",
     "CameraRecord",
     "CountedPhoto",
+    "Output",
+    "Outputs",
     "StoredCamera",
     "camera_file",
+    "check_apart",
     "check_folder",
     "check_output",
     "from_record",

@@ -7,6 +7,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..errors import CrfDeblurError
+from ..interrupts import uninterrupted
+from .places import Place, resolved, unwritable
 
 
 def check_input(path: Path) -> None:
@@ -36,17 +38,21 @@ def check_output(path: Path, suffixes: Sequence[str]) -> None:
             f"{path}: cannot write this kind of file; choose a name that ends in "
             + ", ".join(suffixes)
         )
-    if _exists(path) and path.is_dir():
-        raise CrfDeblurError(f"{path}: is a folder; give the name of a file")
-    check_folder(path.parent)
+    if _exists(path):
+        if path.is_dir():
+            raise CrfDeblurError(f"{path}: is a folder; give the name of a file")
+        if not path.is_file():
+            raise CrfDeblurError(f"{path}: is a pipe or a device; give the name of a file")
+    check_folder(resolved(path).parent if path.is_symlink() else path.parent)
 
 
 def _exists(path: Path) -> bool:
     """Whether there is such a file or folder; refuses names that no file can have."""
     try:
         return path.exists()
-    except OSError as error:
-        raise CrfDeblurError(f"{path}: {error.strerror}; choose another name") from error
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise CrfDeblurError(f"{path}: {reason}; choose another name") from error
 
 
 def check_folder(folder: Path) -> None:
@@ -75,39 +81,23 @@ def make_folder(folder: Path) -> None:
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Name of a temporary file beside `path` that takes its place if all goes well.
+    """Name of a file or folder to be written, which takes the place of `path` if all goes well.
 
     A run that fails or is stopped leaves what was there before. A link stays a link.
     """
-    target = path.resolve()
+    place = Place(path)
     try:
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=".", suffix=path.suffix)
+        yield place.make()
+        with uninterrupted():
+            try:
+                place.appear()
+            except OSError:
+                place.back()
+                raise
     except OSError as error:
-        raise _unwritable(path, error) from error
-    os.close(handle)
-    temporary = Path(name)
-    try:
-        yield temporary
-        temporary.chmod(_permissions(target))
-        temporary.replace(target)
-    except OSError as error:
-        raise _unwritable(path, error) from error
+        raise unwritable(path, error) from error
     finally:
-        temporary.unlink(missing_ok=True)
-
-
-def _unwritable(path: Path, error: OSError) -> CrfDeblurError:
-    # Encoders raise it with a text alone.
-    return CrfDeblurError(f"{path}: cannot be written ({error.strerror or error})")
-
-
-def _permissions(path: Path) -> int:
-    """Those of the file that is replaced, or those of any new file."""
-    if path.exists():
-        return path.stat().st_mode & 0o777
-    mask = os.umask(0)
-    os.umask(mask)
-    return 0o666 & ~mask
+        place.drop()
 
 
 def write_text(path: Path, text: str) -> None:

@@ -111,8 +111,16 @@ def _with_band(found: ResponseEstimate, known: ResponsePrior) -> ResponseEstimat
     return replace(found, lower=lower, upper=upper, posterior=known)
 
 
-def keep_estimate(camera: StoredCamera, found: ResponseEstimate) -> str:
-    """Store what is known of a camera after its new photos; the sentence that says so."""
+def keep_estimate(camera: StoredCamera, found: ResponseEstimate, folder: Path | None = None) -> str:
+    """Store what is known of a camera after its new photos; the sentence that says so.
+
+    Parameters
+    ----------
+    camera : StoredCamera
+    found : ResponseEstimate
+    folder : Path, optional
+        Where the file is written, if it is put in its place later; by default in its place.
+    """
     before = _count(camera.record) if camera.record else "nothing"
     if not camera.fresh:
         return f"stored of this camera: {before}, as before"
@@ -124,7 +132,7 @@ def keep_estimate(camera: StoredCamera, found: ResponseEstimate) -> str:
     counted = camera.record.photos if camera.record else ()
     photos = (*counted, *(camera.photos[index] for index in camera.fresh))
     record = CameraRecord(camera.key, found.posterior, photos)
-    write_camera(camera.folder, record)
+    write_camera(folder or camera.folder, record)
     path = camera_file(camera.folder, camera.key)
     return f"stored of this camera: {_count(record)} now, in {path}"
 

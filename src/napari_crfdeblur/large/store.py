@@ -1,7 +1,5 @@
 """Results larger than memory, stored tile by tile: whole at the end, or not there at all."""
 
-import shutil
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from itertools import accumulate, islice
@@ -87,10 +85,15 @@ def check_target(path: Path) -> None:
     if path.suffix.lower() != ZARR:
         check_output(path, SUFFIXES)
         return
-    zarr_module(path)
+    zarr = zarr_module(path)
     check_folder(path.parent)
-    if path.exists():
-        open_source(path)  # what is replaced has to be of the same kind
+    if not path.exists():
+        return
+    open_source(path)  # what is replaced has to be of the same kind
+    if not path.is_dir() or isinstance(zarr.open(path, mode="r"), zarr.Group):
+        raise CrfDeblurError(
+            f"{path}: is there already, and is not a single array of zarr; choose another name"
+        )
 
 
 def _filling(array: "Array", writer: Writer, crew: Workers) -> Job[None]:
@@ -120,11 +123,10 @@ def region_of(chunks: tuple[tuple[int, ...], ...], number: tuple[int, ...]) -> R
 @contextmanager
 def _target(path: Path, array: "Array") -> Iterator[Writer]:
     """Room for a result beside its place, which it takes if all goes well."""
-    if path.suffix.lower() == ZARR:
-        with _replacing_folder(path) as folder:
-            yield _ZarrWriter(folder, array)
-        return
     with replacing(path) as temporary:
+        if path.suffix.lower() == ZARR:
+            yield _ZarrWriter(temporary, array)
+            return
         color = array.ndim > 2 and array.shape[-1] in (3, ALPHA)
         with tiff_writer(temporary, array.shape, array.dtype, color) as writer:
             yield writer
@@ -140,28 +142,3 @@ class _ZarrWriter:
 
     def write(self, region: Region, pixels: Image) -> None:
         self._stored[region] = pixels
-
-
-@contextmanager
-def _replacing_folder(path: Path) -> Iterator[Path]:
-    """Name of a new folder beside `path` that takes its place if all goes well."""
-    target = path.resolve()
-    try:
-        aside = Path(tempfile.mkdtemp(dir=target.parent, prefix="."))
-    except OSError as error:
-        raise _unwritable(path, error) from error
-    try:
-        yield aside / "new"
-        if target.exists():
-            target.rename(aside / "old")
-        (aside / "new").rename(target)
-    except OSError as error:
-        if (aside / "old").exists() and not target.exists():
-            (aside / "old").rename(target)
-        raise _unwritable(path, error) from error
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-
-
-def _unwritable(path: Path, error: OSError) -> CrfDeblurError:
-    return CrfDeblurError(f"{path}: cannot be written ({error.strerror or error})")

@@ -4,51 +4,21 @@ from typing import Any
 
 from magicgui.widgets import ComboBox
 
-from ...deconvolution import (
-    HyperLaplacian,
-    LocalShrinkage,
-    RichardsonLucy,
-    SparseIrls,
-    TotalVariation,
-    Wiener,
-)
-from ...estimate import (
-    GivenResponse,
-    MaximumLikelihood,
-    MeanProfile,
-    RankMinimization,
-    Tail,
-)
-from ...psf import Fergus, RadonFit, Shan, Variational, XuJia
+from ...estimate import GivenResponse
+from ...methods import DECONVOLUTIONS, PSFS, RESPONSES, named
 from ...response import SRGB, Gamma, Identity, dorf_mean
 
+ASSUMED = {"gamma": "gamma", "srgb": "sRGB"}  # responses that the settings can assume
 # Names in napari's settings, which are those of the command line, and names in the widgets.
-PREFERRED = {
-    "likelihood": "maximum likelihood",
-    "rank": "rank minimization",
-    "mean": "mean profile",
-    "gamma": "gamma",
-    "srgb": "sRGB",
-    "local-shrinkage": "local shrinkage",
-    "hyper-laplacian": "hyper-Laplacian",
-    "irls": "sparse (IRLS)",
-    "total-variation": "total variation",
-    "wiener": "Wiener",
-    "richardson-lucy": "Richardson-Lucy",
-}
+PREFERRED = ASSUMED | {each.word: each.label for each in (*RESPONSES, *DECONVOLUTIONS)}
 AUTOMATIC = "automatic"
 ONE = (1, 1)  # regions: magicgui does not tell of a choice that is None
-FROM_EDGES = "straight edges (Radon)"
+FROM_EDGES = named(PSFS, "edges").label
 
 
 def fits() -> dict[str, Any]:
     """How the response can be estimated."""
-    return {
-        "maximum likelihood": MaximumLikelihood(),
-        "rank minimization": RankMinimization(),
-        "rank minimization, all singular values": RankMinimization(Tail.ALL),
-        "mean profile": MeanProfile(),
-    }
+    return {each.label: each.make() for each in RESPONSES}
 
 
 def given() -> dict[str, Any]:
@@ -63,14 +33,7 @@ def given() -> dict[str, Any]:
 
 def psf_estimators() -> dict[str, Any]:
     """How the PSF can be estimated."""
-    return {
-        AUTOMATIC: None,
-        "variational": Variational(),
-        "Xu & Jia": XuJia(),
-        "Fergus et al.": Fergus(),
-        "Shan et al.": Shan(),
-        FROM_EDGES: RadonFit(),
-    }
+    return {AUTOMATIC: None} | {each.label: each.make() for each in PSFS}
 
 
 def regions_box() -> ComboBox:
@@ -94,12 +57,4 @@ def chosen_regions(box: ComboBox) -> tuple[int, int] | None:
 
 def deconvolvers() -> dict[str, Any]:
     """How the blur can be undone."""
-    return {
-        AUTOMATIC: None,
-        "local shrinkage": LocalShrinkage(),
-        "hyper-Laplacian": HyperLaplacian(),
-        "sparse (IRLS)": SparseIrls(),
-        "total variation": TotalVariation(),
-        "Wiener": Wiener(),
-        "Richardson-Lucy": RichardsonLucy(),
-    }
+    return {AUTOMATIC: None} | {each.label: each.make() for each in DECONVOLUTIONS}

@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from napari.layers import Image as ImageLayer
 
-from ..._typing import Image
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
 from ...large import check_target, open_source, restore_large, storing
-from ...large import sources as large
+from ...large.deblur import StoredArray
 from ...pipeline import DEFAULT_METHOD, PhotoStack, Pixels, Stage
 from ...pipeline.blur import Blur, check_fit
 from ...pipeline.record import identifying
-from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ...response import Response
 from .. import outputs
@@ -138,7 +136,7 @@ def in_file(path: Path, rgb: bool = False) -> "Array":
     """A stored array of which only what is looked at is read."""
     import dask.array as da
 
-    stored = _Stored(open_source(path))
+    stored = StoredArray(open_source(path))
     axes = 3 if rgb else 2
     sides = stored.shape[-axes:]
     tile = (*(min(TILE, side) for side in sides[:2]), *sides[2:])
@@ -146,16 +144,3 @@ def in_file(path: Path, rgb: bool = False) -> "Array":
     # A name of its own: the file can be written anew, and dask keeps parts of it by name.
     lazy: Array = da.from_array(stored, chunks=chunks, name=False, meta=np.empty(0, stored.dtype))
     return lazy
-
-
-class _Stored:
-    """An open file as dask takes arrays."""
-
-    def __init__(self, source: large.Source) -> None:
-        self._source = source
-        self.shape, self.dtype, self.ndim = source.shape, source.dtype, len(source.shape)
-
-    def __getitem__(self, region: Region) -> Image:
-        return self._source.read(
-            tuple(slice(*own.indices(side)) for own, side in zip(region, self.shape, strict=True))
-        )

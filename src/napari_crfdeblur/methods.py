@@ -1,0 +1,96 @@
+"""The methods that can be chosen, told once: command, window, preferences and documents use it.
+
+It names them without loading them, so that the command can tell its options at once.
+"""
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A method that can be chosen.
+
+    Parameters
+    ----------
+    word : str
+        In the command and in napari's settings.
+    label : str
+        In the window.
+    stage : str
+        The module that exports its class.
+    kind : str
+        Its class.
+    fields : tuple of (str, str)
+        Fields that differ from the defaults: the name, and the name of a member of the choice
+        that it is.
+    """
+
+    word: str
+    label: str
+    stage: str
+    kind: str
+    fields: tuple[tuple[str, str], ...] = ()
+
+    def make(self, **values: Any) -> Any:
+        """The method, with these values of its fields and else the defaults."""
+        home = import_module(f".{self.stage}", __package__)
+        own = {}
+        for name, choice in self.fields:
+            kind, _, member = choice.partition(".")
+            own[name] = getattr(home, kind)[member]
+        return getattr(home, self.kind)(**own, **values)
+
+
+RESPONSES = (
+    Choice("likelihood", "maximum likelihood", "estimate", "MaximumLikelihood"),
+    Choice("rank", "rank minimization", "estimate", "RankMinimization"),
+    Choice(
+        "rank-all",
+        "rank minimization, all singular values",
+        "estimate",
+        "RankMinimization",
+        (("tail", "Tail.ALL"),),
+    ),
+    Choice("mean", "mean profile", "estimate", "MeanProfile"),
+)
+"""Ways to find the response from the photo alone."""
+
+PSFS = (
+    Choice("variational", "variational", "psf", "Variational"),
+    Choice("xu-jia", "Xu & Jia", "psf", "XuJia"),
+    Choice("fergus", "Fergus et al.", "psf", "Fergus"),
+    Choice("shan", "Shan et al.", "psf", "Shan"),
+    Choice("edges", "straight edges (Radon)", "psf", "RadonFit"),
+)
+"""Ways to find the PSF."""
+
+DECONVOLUTIONS = (
+    Choice("local-shrinkage", "local shrinkage", "deconvolution", "LocalShrinkage"),
+    Choice("hyper-laplacian", "hyper-Laplacian", "deconvolution", "HyperLaplacian"),
+    Choice("irls", "sparse (IRLS)", "deconvolution", "SparseIrls"),
+    Choice("total-variation", "total variation", "deconvolution", "TotalVariation"),
+    Choice("wiener", "Wiener", "deconvolution", "Wiener"),
+    Choice("richardson-lucy", "Richardson-Lucy", "deconvolution", "RichardsonLucy"),
+)
+"""Ways to undo the blur, the default first."""
+
+
+def words(choices: tuple[Choice, ...]) -> tuple[str, ...]:
+    """What they are called in the command."""
+    return tuple(choice.word for choice in choices)
+
+
+def named(choices: tuple[Choice, ...], word: str) -> Choice:
+    """The one of this word.
+
+    Raises
+    ------
+    ValueError
+        There is none.
+    """
+    found = [choice for choice in choices if choice.word == word]
+    if not found:
+        raise ValueError(f"expected one of {', '.join(words(choices))}, got {word!r:.40}")
+    return found[0]

@@ -1,0 +1,115 @@
+"""A run that is cut short at any moment leaves everything whole, and says so if it can."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from small_runs import KNOWN
+
+from napari_crfdeblur.io import write_photo
+from napari_crfdeblur.io.places import PREFIX
+
+pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes that fork")
+
+STOPPED = "crfdeblur: stopped; no file was left half written, so start again when you like\n"
+STAGES = ["napari_crfdeblur.cli.commands"]
+DEBLUR = ["deblur", "photo.png", "-o", "out.png", "--edges", "edges.json", *KNOWN]
+DEBLUR += ["--save-edges", "found.csv"]
+TILES = ["deblur", "photo.png", "-o", "out.zarr", *KNOWN]
+SIMULATE = ["simulate", "-o", "new.png", "--size", "64x64", "--scene", "step", "--psf", "psf.png"]
+BATCH = ["batch", "a.png", "b.png", "c.png", "-o", "out", *KNOWN]
+
+
+@pytest.fixture
+def start(tmp_path, inputs):
+    """The folder as it is before each run: with inputs and with old outputs."""
+    folder = tmp_path / "start"
+    shutil.copytree(inputs, folder)
+    for name in ("out.png", "found.csv", "new.png", "new-psf.npy"):
+        (folder / name).write_bytes(b"old")
+    noise = np.random.default_rng(1).integers(0, 255, (3, 40, 52), dtype=np.uint8)
+    for name, pixels in zip("abc", noise, strict=True):
+        write_photo(folder / f"{name}.png", pixels)
+    return folder
+
+
+def cut_short(start, line, way, moments, *, loaded=(), seed=0, again=False):
+    """How runs end that are cut short at so many moments, and the whole one."""
+    asked = {"folder": str(start), "line": line, "way": way, "moments": moments, "seed": seed}
+    done = subprocess.run(
+        [sys.executable, Path(__file__).with_name("cut_short.py")],
+        input=json.dumps(asked | {"loaded": list(loaded), "again": again}),
+        env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["whole"]["code"] == 0, found["whole"]
+    assert found["whole"]["said"] == ""
+    return found
+
+
+@pytest.mark.parametrize(
+    ("line", "way", "moments", "loaded"),
+    [
+        (DEBLUR, "once", 50, STAGES),
+        (DEBLUR, "again", 16, STAGES),
+        (DEBLUR, "once", 4, []),  # also while our own stages are loaded
+        (SIMULATE, "again", 8, STAGES),
+        (TILES, "once", 6, [*STAGES, "zarr", "dask.array"]),
+        (BATCH, "again", 10, STAGES),
+    ],
+    ids=["deblur", "deblur, again", "loading", "simulate, again", "zarr", "batch, again"],
+)
+def test_ctrl_c_at_any_moment_ends_in_a_sentence_and_leaves_nothing(
+    start, line, way, moments, loaded
+):
+    found = cut_short(start, line, way, moments, loaded=loaded)
+    complete = 0
+    for end in found["ends"]:
+        assert end["code"] in (0, 2), end["said"]
+        assert end["said"] == ("" if end["code"] == 0 else STOPPED), end["at"]
+        if line[0] == "batch":
+            assert_part_of_a_batch(end["files"], found)
+        else:
+            assert end["files"] in (found["before"], found["after"]), end["at"]
+        complete += end["files"] == found["after"]
+    assert complete < moments / 2
+
+
+def assert_part_of_a_batch(files, found):
+    """Photos that are whole, a journal, and nothing else."""
+    for name, content in files.items():
+        if not name.endswith(".jsonl"):
+            assert content == found["after"][name], name
+
+
+@pytest.mark.parametrize(
+    ("line", "moments", "loaded"),
+    [(DEBLUR, 50, STAGES), (SIMULATE, 8, STAGES), (TILES, 6, [*STAGES, "zarr", "dask.array"])],
+    ids=["deblur", "simulate", "zarr"],
+)
+def test_a_killed_run_leaves_each_output_old_or_new(start, line, moments, loaded):
+    found = cut_short(start, line, "kill", moments, loaded=loaded)
+    for end in found["ends"]:
+        assert end["code"] == -9
+        named = {n: c for n, c in end["files"].items() if not n.startswith(PREFIX)}
+        for name, content in named.items():
+            assert content in (found["before"].get(name), found["after"].get(name)), name
+        assert found["before"].keys() <= named.keys()
+
+
+def test_a_killed_batch_goes_on_exactly_where_it_was(start):
+    found = cut_short(start, BATCH, "kill", 8, loaded=STAGES, seed=3, again=True)
+    photos = [name for name in found["after"] if name.endswith(".png")]
+    for end in found["ends"]:
+        assert end["second"] == [0, ""], end["at"]
+        assert {n: end["finally"].get(n) for n in photos} == {n: found["after"][n] for n in photos}
+        assert end["finally"].keys() == found["after"].keys()
