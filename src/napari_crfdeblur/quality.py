@@ -223,7 +223,9 @@ def _whole_shift(moving: FloatArray, fixed: FloatArray, reach: int) -> FloatArra
     search = moving.astype(np.float64) - level
     inner = fixed[reach:-reach, reach:-reach].astype(np.float64) - level
     product = signal.correlate(search, inner, mode="valid", method="fft")
-    energy = signal.correlate(search**2, np.ones_like(inner), mode="valid", method="fft")
+    sums = np.pad(np.cumsum(np.cumsum(search**2, axis=0), axis=1), ((1, 0), (1, 0)))
+    bands = sums[inner.shape[0] :] - sums[: -inner.shape[0]]
+    energy = bands[:, inner.shape[1] :] - bands[:, : -inner.shape[1]]
     best = np.unravel_index(np.argmin(energy - 2 * product), product.shape)
     return reach - np.array(best, dtype=np.float64)
 
