@@ -7,23 +7,31 @@ BIN := $(VENV)/bin
 
 # Stamps: another interpreter makes a new environment, a changed pyproject.toml a new install.
 MADE := $(VENV)/made-by-$(subst /,_,$(PYTHON))
+PLAIN := $(VENV)/plainly-installed
 INSTALLED := $(VENV)/installed
+GROUPS := $(VENV)/pip-knows-groups
+TORCH := $(VENV)/torch-installed
 TOOLS := $(VENV)/tools-installed
 DOCS := $(VENV)/docs-installed
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test lint types wheel docs screenshots benchmarks clean
+.PHONY: help demo test test-torch lint types wheel docs screenshots benchmarks clean
 
 help: ## List the targets
-	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 12
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 12
 
-demo: $(INSTALLED) ## Blur, recover and compare a known picture; results in demo/
-	$(BIN)/crfdeblur demo -o demo
+demo: $(PLAIN) ## Blur, recover and compare a known picture; results in demo/
+	OMP_NUM_THREADS=1 $(BIN)/crfdeblur demo -o demo
 
 test: $(INSTALLED) ## Run the tests on all cores (options in PYTEST_ARGS)
 	@.ci/display
 	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS)
+
+test-torch: $(TORCH) ## Run the tests that need torch
+	@.ci/display
+	$(BIN)/python -c 'import torch'
+	$(BIN)/python -m pytest -m torch $(PYTEST_ARGS)
 
 lint: $(TOOLS) ## Check style and format
 	$(BIN)/ruff check .
@@ -66,13 +74,28 @@ $(MADE):
 	@touch $@
 
 # The version is part of what is installed, so that its file counts, too.
-$(INSTALLED): $(MADE) pyproject.toml src/napari_crfdeblur/_version.py
-	$(BIN)/python -m pip install --editable '.[test]'
+$(PLAIN) $(INSTALLED): $(MADE) pyproject.toml src/napari_crfdeblur/_version.py
+
+# Compiling all that is installed takes longer than the demo, which imports little of it. The
+# setting, unlike the option, also reaches the environment in which pip builds; 0 means: do not.
+$(PLAIN):
+	PIP_NO_COMPILE=0 $(BIN)/python -m pip install --no-warn-conflicts --editable .
 	@touch $@
 
+$(INSTALLED):
+	$(BIN)/python -m pip install --editable '.[test]'
+	@touch $(PLAIN) $@
+
 # Dependency groups came with pip 25.1; older Pythons bring an older pip.
-$(TOOLS): $(INSTALLED)
+$(GROUPS): $(MADE)
 	$(BIN)/python -m pip install --upgrade 'pip>=25.1'
+	@touch $@
+
+$(TORCH): $(INSTALLED) $(GROUPS)
+	$(BIN)/python -m pip install --group torch
+	@touch $@
+
+$(TOOLS): $(INSTALLED) $(GROUPS)
 	$(BIN)/python -m pip install --group dev
 	@touch $@
 

@@ -12,7 +12,7 @@ from .io import Output, Outputs, write_photo, write_psf, write_responses, write_
 from .pipeline import Deblurred, deblurring
 from .progress import Job
 from .psf import camera_shake
-from .quality import kernel_similarity, psnr, response_error, ringing, ssim
+from .quality import aligned, kernel_similarity, psnr, response_error, ringing, ssim
 from .report import Report, write_report
 from .response import Gamma, GeneralizedGamma, Identity, ResponseCurve, linearizing, reapplying
 from .simulate import Camera, Simulated, simulate, street
@@ -55,10 +55,22 @@ class Trial:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Demonstration:
-    """Truth, the whole path from the photo alone, and the four responses compared."""
+    """Truth, the whole path from the photo alone, and the four responses compared.
+
+    Parameters
+    ----------
+    truth : Simulated
+    whole : Deblurred
+        From the photo alone, PSF estimated too.
+    blurred_psnr, whole_psnr : float
+        Of the photo as it was taken, and of that result, in dB.
+    trials : tuple of Trial
+    """
 
     truth: Simulated
     whole: Deblurred
+    blurred_psnr: float
+    whole_psnr: float
     trials: tuple[Trial, ...]
 
 
@@ -74,7 +86,8 @@ def demonstrating(seed: int = 0) -> Job[Demonstration]:
     trials = []
     for name, curve in zip(TRIALS, curves, strict=True):
         trials.append((yield from _trying(name, curve, truth, estimate.covered)))
-    return Demonstration(truth, whole, tuple(trials))
+    blurred, restored = (psnr(photo, truth.sharp) for photo in (truth.photo, whole.photo))
+    return Demonstration(truth, whole, blurred, restored, tuple(trials))
 
 
 def _trying(
@@ -83,13 +96,14 @@ def _trying(
     linear = yield from linearizing(truth.photo, curve)
     sharp_linear = yield from deconvolving(linear, truth.psf, LocalShrinkage())
     photo = yield from reapplying(sharp_linear, curve, truth.photo.dtype)
+    pair = aligned(photo, truth.sharp)
     return Trial(
         name=name,
         curve=curve,
         photo=photo,
         error=response_error(curve, truth.camera.response, covered),
-        psnr=psnr(photo, truth.sharp),
-        ssim=ssim(photo, truth.sharp),
+        psnr=psnr(*pair, border=0),
+        ssim=ssim(*pair, border=0),
         ringing=ringing(photo, truth.photo, extent=PSF_SIZE),
     )
 
@@ -104,16 +118,16 @@ def table(result: Demonstration) -> str:
         f"| {t.name:<9} | {t.error:9.4f} | {t.psnr:8.2f} | {t.ssim:5.3f} | {t.ringing:7.2f} |"
         for t in result.trials
     ]
-    truth, whole = result.truth, result.whole
+    similarity = kernel_similarity(result.whole.psf.psf, result.truth.psf)
     return "\n".join(
         [
             *lines,
             "",
             "Response error: RMSE after the best affine alignment, over the range of the edges.",
             "PSNR and SSIM: the photo deblurred with that response and the true PSF.",
-            f"Blurred photo: {psnr(truth.photo, truth.sharp):.2f} dB.",
-            f"From the photo alone, PSF estimated too: {psnr(whole.photo, truth.sharp):.2f} dB, "
-            f"PSF similarity {kernel_similarity(whole.psf.psf, truth.psf):.2f}.",
+            f"Blurred photo: {result.blurred_psnr:.2f} dB.",
+            f"From the photo alone, PSF estimated too: {result.whole_psnr:.2f} dB, "
+            f"PSF similarity {similarity:.2f}.",
         ]
     )
 

@@ -120,10 +120,10 @@ def aligned(image: Image, truth: Image, *, border: int = 16) -> tuple[FloatArray
     if border == 0:
         return moving, fixed
     shift = _best_shift(luminance(image), luminance(truth), border)
-    inner = (slice(border, -border),) * 2
-    whole = _moved(moving, np.rint(shift), order=0)[inner]
-    finer = _moved(moving, shift, order=3)[inner]
-    target = fixed[inner]
+    target = fixed[border:-border, border:-border]
+    top, left = border - np.rint(shift).astype(int)
+    whole = moving[top : top + target.shape[0], left : left + target.shape[1]]
+    finer = _moved(moving, shift)[border:-border, border:-border]
     # Interpolation smooths; keep it only where it brings the image closer.
     return (finer if _rms(finer - target) < _rms(whole - target) else whole), target
 
@@ -209,7 +209,7 @@ def _best_shift(moving: FloatArray, fixed: FloatArray, reach: int) -> FloatArray
     inner = (slice(reach, -reach),) * 2
     shift = whole
     for _ in range(2):  # Gauss-Newton on the sum of squares; starts within half a pixel
-        current = _moved(moving, shift, order=3)
+        current = _moved(moving, shift)
         slopes = np.stack([np.gradient(current, axis=a)[inner].ravel() for a in (0, 1)])
         error = (current - fixed)[inner].ravel()
         step, *_ = np.linalg.lstsq(slopes @ slopes.T, slopes @ error, rcond=None)
@@ -223,14 +223,19 @@ def _whole_shift(moving: FloatArray, fixed: FloatArray, reach: int) -> FloatArra
     search = moving.astype(np.float64) - level
     inner = fixed[reach:-reach, reach:-reach].astype(np.float64) - level
     product = signal.correlate(search, inner, mode="valid", method="fft")
-    energy = signal.correlate(search**2, np.ones_like(inner), mode="valid", method="fft")
+    sums = np.pad(np.cumsum(np.cumsum(search**2, axis=0), axis=1), ((1, 0), (1, 0)))
+    bands = sums[inner.shape[0] :] - sums[: -inner.shape[0]]
+    energy = bands[:, inner.shape[1] :] - bands[:, : -inner.shape[1]]
     best = np.unravel_index(np.argmin(energy - 2 * product), product.shape)
     return reach - np.array(best, dtype=np.float64)
 
 
-def _moved(image: FloatArray, shift: FloatArray, *, order: int) -> FloatArray:
-    rest = np.zeros(image.ndim - 2)
-    moved: FloatArray = ndimage.shift(image, [*shift, *rest], order=order, mode="nearest")
+def _moved(image: FloatArray, shift: FloatArray) -> FloatArray:
+    """Cubic interpolation of each channel by itself."""
+    if image.ndim == 3:
+        channels = np.moveaxis(image, -1, 0)
+        return np.stack([_moved(channel, shift) for channel in channels], axis=-1)
+    moved: FloatArray = ndimage.shift(image, shift, order=3, mode="nearest")
     return moved
 
 

@@ -174,8 +174,9 @@ def test_flat_volumes_keep_their_slices_together():
     assert np.prod(sides) < 1 << 23
 
 
+@pytest.mark.torch
 def test_torch_tensors_stay_tensors():
-    torch = pytest.importorskip("torch")
+    torch = pytest.importorskip("torch", reason="torch is missing: run make test-torch")
     _, blurred = recorded((150, 190))
     method = Tiled(RichardsonLucy(3), side=80)
     found = deconvolve(torch.asarray(blurred), hook(), method)

@@ -1,6 +1,7 @@
 """Regions of a TIFF, and TIFFs that are written region by region."""
 
 import os
+import struct
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -22,6 +23,12 @@ if TYPE_CHECKING:
     from tifffile import TiffFrame, TiffPage
 
 TILE = 256  # side of the tiles that are written
+LARGEST_PART = 1 << 30  # bytes: a tile or strip is decoded as a whole, whatever is asked of it
+UNSUSPICIOUS = 1 << 26  # bytes that are decoded, or read, whatever the other size is
+STRONGEST = 3000  # bytes from one: deflate makes 1032 at most, LZW 2700
+JPEGS = (6, 7, 33007, 34892)  # schemes whose data have a size of their own
+FRAMES = {0xFFC0 + kind for kind in range(16)} - {0xFFC4, 0xFFC8, 0xFFCC}  # markers, ISO 10918
+FILL = 0xFFFF
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,10 +43,10 @@ class Layout:
         First byte, if all pixels lie one after the other, uncompressed.
     stored : dtype
         As the file has it.
+    planes : bool
+        Whether each color lies by itself.
     pages : tuple
-        Otherwise: where the parts of each page lie.
-    first : TiffPage
-        How all pages are stored.
+        Unless `start` is known: where the parts of each page lie.
     negative : bool
         Whether white is stored as 0.
     """
@@ -49,8 +56,8 @@ class Layout:
     color: bool
     start: int | None
     stored: np.dtype[Any]
+    planes: bool
     pages: "tuple[TiffPage | TiffFrame, ...]"
-    first: "TiffPage"
     negative: bool
 
 
@@ -61,7 +68,7 @@ def layout(stamp: Stamp) -> Layout:
     Raises
     ------
     CrfDeblurError
-        A palette, or a picture that is stored turned or in planes of color.
+        A palette, or a picture that is stored turned or in parts too large to be read.
     """
     import tifffile
 
@@ -69,16 +76,19 @@ def layout(stamp: Stamp) -> Layout:
         series, page = tiff.series[0], tiff.pages.first
         _check(page, stamp.path)
         color = page.samplesperpixel > 1
+        planes = color and page.planarconfig == tifffile.PLANARCONFIG.SEPARATE
+        shape = tuple(series.shape)
+        if planes:
+            shape = *shape[:-3], *shape[-2:], shape[-3]
         start = series.dataoffset if page.compression == 1 and not page.is_tiled else None
         pages = tuple(each for each in series.pages if each) if start is None else ()
         stored = np.dtype(tiff.byteorder + series.dtype.char)
-        if start is None:
-            page.decode  # noqa: B018 - made while the file is open
-        elif start + prod(series.shape) * stored.itemsize > stamp.size:
+        if start is not None and start + prod(shape) * stored.itemsize > stamp.size:
             raise ValueError("its data end early")
+        for each in pages:
+            _key(each).decode  # noqa: B018 - made while the file is open
     negative = page.photometric == tifffile.PHOTOMETRIC.MINISWHITE
-    plain = stored.newbyteorder("=")
-    return Layout(tuple(series.shape), plain, color, start, stored, pages, page, negative)
+    return Layout(shape, stored.newbyteorder("="), color, start, stored, planes, pages, negative)
 
 
 def size_of_page(path: Path) -> int:
@@ -96,15 +106,19 @@ def size_of_page(path: Path) -> int:
 def _check(page: "TiffPage", path: Path) -> None:
     import tifffile
 
-    separate = page.planarconfig == tifffile.PLANARCONFIG.SEPARATE and page.samplesperpixel > 1
-    if page.photometric == tifffile.PHOTOMETRIC.PALETTE or separate:
+    if page.photometric == tifffile.PHOTOMETRIC.PALETTE:
         raise CrfDeblurError(
-            f"{path}: large images with a palette, or with each color by itself, cannot be read "
-            "in parts; convert it to gray or RGB, colors interleaved"
+            f"{path}: large images with a palette cannot be read in parts; convert it to gray "
+            "or RGB"
         )
     if page.tags.valueof("Orientation", default=1) != 1:
         raise CrfDeblurError(
             f"{path}: is stored turned; save it upright, so that it can be read in parts"
+        )
+    if page.compression != 1 and _size_of_part(page) > LARGEST_PART:
+        raise CrfDeblurError(
+            f"{path}: is compressed in pieces of {_size_of_part(page) / (1 << 30):.1f} GiB, too "
+            "large to be read in parts; save it in tiles, or uncompressed"
         )
 
 
@@ -112,57 +126,125 @@ def read_region(stamp: Stamp, region: Region) -> Image:
     """Pixels of a region of a TIFF, whatever its parts are."""
     found = layout(stamp)
     if found.start is not None:
-        whole = np.memmap(
-            stamp.path, dtype=found.stored, mode="r", offset=found.start, shape=found.shape
-        )
-        pixels = np.array(whole[region])
+        pixels = np.array(_mapped(stamp.path, found)[region])
     else:
-        pixels = _of_pages(stamp.path, found, region)
+        pixels = _of_pages(stamp, found, region)
     if found.negative:
         return 1 - pixels if pixels.dtype.kind == "f" else ~pixels
     return pixels
 
 
-def _of_pages(path: Path, found: Layout, region: Region) -> Image:
+def _mapped(path: Path, found: Layout) -> Image:
+    """All pixels, without reading them."""
+    shape = found.shape
+    if found.planes:
+        shape = *shape[:-3], shape[-1], *shape[-3:-1]
+    whole = np.memmap(path, dtype=found.stored, mode="r", offset=found.start or 0, shape=shape)
+    return np.moveaxis(whole, -3, -1) if found.planes else whole
+
+
+def _of_pages(stamp: Stamp, found: Layout, region: Region) -> Image:
     plane = 3 if found.color else 2
     stack, inner = region[:-plane], region[-plane:]
     pixels: Image = np.empty([part.stop - part.start for part in region], dtype=found.dtype)
     numbers = np.arange(len(found.pages)).reshape(found.shape[:-plane])[stack]
-    with path.open("rb") as file:
+    with stamp.path.open("rb") as file:
         for place, number in np.ndenumerate(numbers):
-            _read_page(file, found, found.pages[number], inner, pixels[place])
+            # Channels are an axis of their own from here on, also where there is only one.
+            out = pixels[place] if found.color else pixels[place][..., np.newaxis]
+            channels = inner[2] if found.color else slice(0, 1)
+            page = found.pages[number]
+            if not found.planes:
+                _read_plane(file, stamp.size, page, 0, (*inner[:2], channels), out)
+                continue
+            for k in range(channels.start, channels.stop):
+                only = out[..., k - channels.start, np.newaxis]
+                _read_plane(file, stamp.size, page, k, (*inner[:2], slice(0, 1)), only)
     return pixels
 
 
-def _read_page(
-    file: Any, found: Layout, page: "TiffPage | TiffFrame", region: Region, out: Image
+def _read_plane(
+    file: Any, size: int, page: "TiffPage | TiffFrame", plane: int, region: Region, out: Image
 ) -> None:
-    """Decode the tiles or strips of a page that a region touches."""
-    first = found.first
-    height = first.tilelength if first.is_tiled else first.rowsperstrip
-    width = first.tilewidth if first.is_tiled else first.imagewidth
-    across = ceil(first.imagewidth / width)
-    rows, columns = region[:2]
+    """Decode the tiles or strips of one plane of a page that a region touches."""
+    key = _key(page)
+    height, width = _sides_of_part(key)
+    down, across = ceil(key.imagelength / height), ceil(key.imagewidth / width)
+    rows, columns, channels = region
     for i, j in product(
         range(rows.start // height, ceil(rows.stop / height)),
         range(columns.start // width, ceil(columns.stop / width)),
     ):
-        index = i * across + j
-        file.seek(page.dataoffsets[index])
-        content = file.read(page.databytecounts[index])
-        if len(content) < page.databytecounts[index]:
-            raise ValueError("its data end early")
-        decoded, _, shape = first.decode(content, index)
         top, left = i * height, j * width
-        bottom, right = min(top + shape[1], rows.stop), min(left + shape[2], columns.stop)
+        bottom, right = min(top + height, rows.stop), min(left + width, columns.stop)
         upper, start = max(top, rows.start), max(left, columns.start)
         target = out[upper - rows.start : bottom - rows.start]
         target = target[:, start - columns.start : right - columns.start]
-        if decoded is None:  # a part that was never written
-            target[...] = 0
-            continue
-        part = decoded[0, upper - top : bottom - top, start - left : right - left]
-        target[...] = part[..., region[2]] if found.color else part[..., 0]
+        part = _decoded(file, size, page, (plane * down + i) * across + j)
+        if part is None:
+            target[...] = key.nodata
+        else:
+            target[...] = part[upper - top : bottom - top, start - left : right - left, channels]
+
+
+def _decoded(file: Any, size: int, page: "TiffPage | TiffFrame", index: int) -> Image | None:
+    """Pixels of a tile or strip, shape (rows, columns, channels); None if it was never written."""
+    key, count = _key(page), page.databytecounts[index]
+    if count == 0:
+        return None
+    offset, expected = page.dataoffsets[index], _size_of_part(key)
+    if offset + count > size:
+        raise ValueError("its data end early")
+    if expected > UNSUSPICIOUS and expected > STRONGEST * count:
+        raise ValueError(f"{count} bytes cannot hold the {expected} of a tile or strip")
+    if count > UNSUSPICIOUS and count > 2 * expected:
+        raise ValueError(f"{count} bytes for a tile or strip of {expected}")
+    file.seek(offset)
+    content = file.read(count)
+    tables = {}
+    if key.compression in JPEGS:
+        tables = {"jpegtables": page.jpegtables, "jpegheader": key.jpegheader}
+        rows, columns = _size_of_jpeg((key.jpegheader or b"") + content)
+        if rows * columns > prod(_sides_of_part(key)):
+            raise ValueError("a JPEG larger than its tile or strip")
+    decoded: Any = key.decode(content, index, **tables)[0]
+    pixels: Image = decoded[0]
+    return pixels
+
+
+def _key(page: "TiffPage | TiffFrame") -> "TiffPage":
+    """How the parts of a page are stored."""
+    if page.keyframe is None:
+        raise ValueError("a page without a description")
+    return page.keyframe
+
+
+def _sides_of_part(page: "TiffPage") -> tuple[int, int]:
+    """Rows and columns of a tile or strip."""
+    if page.is_tiled:
+        return page.tilelength, page.tilewidth
+    return min(page.rowsperstrip, page.imagelength), page.imagewidth
+
+
+def _size_of_part(page: "TiffPage") -> int:
+    """Bytes of a decoded tile or strip, as the tags say."""
+    channels = page.samplesperpixel if page.planarconfig == 1 else 1
+    return prod(_sides_of_part(page)) * channels * ceil(page.bitspersample / 8)
+
+
+def _size_of_jpeg(content: bytes) -> tuple[int, int]:
+    """Rows and columns in the header of a JPEG."""
+    at = 2
+    while at + 9 <= len(content):
+        marker, length = struct.unpack_from(">HH", content, at)
+        if marker == FILL:
+            at += 1
+        elif marker in FRAMES:
+            rows, columns = struct.unpack_from(">HH", content, at + 5)
+            return rows, columns
+        else:
+            at += 2 + length
+    raise ValueError("a JPEG without a header")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
