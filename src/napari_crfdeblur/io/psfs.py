@@ -83,7 +83,7 @@ def _read_array(path: Path, limits: Limits) -> FloatArray:
         try:
             layout = npy_layout(file)
             limits.check_psf(path, Claim(layout.shape, layout.taken, size_of(file)))
-            return read_npy(file, layout).astype(np.float64)
+            return read_npy(file, layout).astype(np.float64, order="C")
         except DAMAGED as error:
             advice = "give one array of real numbers, saved whole"
             raise damaged(path, "not a whole NPY file", error, advice) from error
