@@ -17,6 +17,7 @@ from ..response import ResponsePrior
 from ..texts import brief
 from .camera_keys import CameraKey
 from .files import check_folder, write_text
+from .inputs import is_folder
 from .json_files import read_json
 from .limits import LIMITS, Limits
 from .records import from_record, to_record
@@ -153,7 +154,7 @@ def stored_cameras(folder: Path) -> tuple[CameraRecord, ...]:
 
 
 def _check_there(folder: Path) -> None:
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise CrfDeblurError(f"{folder}: there is no such folder; give the one with the cameras")
 
 

@@ -39,6 +39,14 @@ def _opener(name: str, flags: int) -> int:
     return os.open(name, flags | AT_ONCE)
 
 
+def is_folder(path: Path) -> bool:
+    """Whether there is a folder of this name; none has a name that is too long."""
+    try:
+        return path.is_dir()
+    except OSError:
+        return False
+
+
 def size_of(file: BinaryIO) -> int:
     """Bytes of an open file."""
     return os.fstat(file.fileno()).st_size

@@ -13,7 +13,7 @@ from ..errors import DAMAGED, CrfDeblurError
 from ..io import read_photo
 from ..io.files import check_input
 from ..io.images import TIFF
-from ..io.inputs import damaged, open_input
+from ..io.inputs import damaged, is_folder, open_input
 from ..io.limits import LIMITS, Limits
 from ..io.npy import npy_layout, read_npy_region
 from ..io.quiet import quiet
@@ -163,7 +163,7 @@ def open_source(path: Path, *, limits: Limits = LIMITS) -> Source:
     CrfDeblurError
         Missing, damaged, too large, or not a photo.
     """
-    if path.is_dir():
+    if is_folder(path):
         return _of_zarr(path, limits)
     check_input(path)
     stamp = Stamp.of(path)
