@@ -18,6 +18,7 @@ MODULES = sorted(PACKAGE.rglob("*.py"))
 STAGES = [
     "_version",
     "_typing",
+    "texts",
     "errors",
     "methods",
     "texts",

@@ -4,9 +4,17 @@ import struct
 import zlib
 from tokenize import TokenError
 
+from .texts import printable
+
 
 class CrfDeblurError(Exception):
-    """A photo, PSF or file that does not permit the step; the message says what to do."""
+    """A photo, PSF or file that does not permit the step; the message says what to do.
+
+    It is one line that can be printed, whatever names and texts of files are in it.
+    """
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 DAMAGED = (
@@ -43,5 +51,5 @@ def in_words(error: BaseException) -> str:
         return "there is not enough memory; use a smaller photo or a part of it"
     if isinstance(error, OSError):
         name = f"{error.filename}: " if error.filename else ""
-        return f"{name}{error.strerror or error}; check the file and the disk"
-    return str(error)
+        return printable(f"{name}{error.strerror or error}; check the file and the disk")
+    return printable(str(error))

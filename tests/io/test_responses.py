@@ -170,13 +170,13 @@ def not_a_number(content):
         (edit(1, "irradiance", [0, [1]]), "lacks its lists"),
         (edit(1, "irradiance", {"a": 1}), "lacks its lists"),
         (edit(1, "irradiance", []), "increase strictly"),
-        (edit(1, "irradiance", 1.0), "increase strictly"),
+        (edit(1, "irradiance", 1.0), "lacks its lists"),
         (edit(1, "irradiance", [0, 0.5, 1]), "increase strictly"),
-        (edit(1, "irradiance", [[0, 1], [0, 1]]), "increase strictly"),
+        (edit(1, "irradiance", [[0, 1], [0, 1]]), "lacks its lists"),
         (edit(1, "intensity", np.linspace(0, 0.9, 257).tolist()), "increase strictly"),
         (edit(1, "intensity", np.linspace(0, 255, 257).tolist()), "increase strictly"),
         (falling, "increase strictly"),
-        (not_a_number, "increase strictly"),
+        (not_a_number, "NaN is no number"),
     ],
 )
 def test_a_file_that_is_no_response_is_refused_in_words(path, content, change, reason):

@@ -2,14 +2,13 @@
 
 import json
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..io import check_output, psfs, read_psf, write_psf, write_text
-from ..io.files import check_input
+from ..io.json_files import read_json
 from ..io.records import from_record, to_record
 from ..psf import PsfField
 
@@ -56,11 +55,7 @@ def write_blur(path: Path, psf: FloatArray, field: PsfField | None) -> None:
 
 
 def _read_json(path: Path) -> tuple[FloatArray, PsfField | None]:
-    check_input(path)
-    try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise CrfDeblurError(f"{path}: not a JSON file ({error}); export the PSF again") from error
+    content = read_json(path)
     if not isinstance(content, dict) or content.get("format") != FORMAT:
         raise CrfDeblurError(f'{path}: not a PSF: "format" is not "{FORMAT}"; export one')
     if content.get("version") != VERSION:

@@ -13,6 +13,7 @@ from ..edges import Edge, EdgeStatus, Line, Point, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import GivenResponse, ResponseEstimate, ResponseStatus
 from ..io import check_output, read_edges, read_responses, write_edges, write_text
+from ..io.json_files import read_json
 from ..io.responses import SUFFIXES, responses_from
 from ..report import draw_response
 from ..report.colors import GROUPS
@@ -112,7 +113,7 @@ def _format(path: str) -> str:
 def _edge_layer(path: Path) -> "LayerDataTuple":
     """Edges as lines and rectangles; those that were rejected are passed over."""
     shapes = read_edges(path)
-    entries = json.loads(path.read_text(encoding="utf-8"))["edges"]
+    entries = read_json(path)["edges"]
     entries = [entry for entry in entries if entry.get("status", "good") == "good"]
     options = {
         "name": path.stem,
@@ -141,7 +142,7 @@ def _measured(features: Any, number: int) -> dict[str, Any]:
 def _response_layer(path: Path) -> "LayerDataTuple":
     """A picture of the curves; the file itself goes along as metadata, to be used or saved."""
     curves = read_responses(path)
-    content = json.loads(path.read_text(encoding="utf-8"))
+    content = read_json(path)
     channels = zip(curves, content["channels"], strict=True)
     picture = _picture([_estimate(curve, channel) for curve, channel in channels])
     options = {

@@ -9,7 +9,11 @@ from typing import Any
 
 from ..errors import CrfDeblurError
 from ..io import to_record, write_text
+from ..io.inputs import read_bytes
+from ..io.json_files import parse_json
+from ..io.limits import LIMITS, Limits
 from ..large.stamp import Stamp
+from ..texts import brief
 
 NAME = "crfdeblur-batch.jsonl"
 FORMAT, VERSION = "crfdeblur-batch", 1
@@ -46,8 +50,14 @@ class Journal:
     shared: dict[str, dict[str, Any]]
 
     @classmethod
-    def of(cls, folder: Path) -> "Journal":
+    def of(cls, folder: Path, *, limits: Limits = LIMITS) -> "Journal":
         """The journal of a folder, empty if it has none; cleared of what is out of date.
+
+        Parameters
+        ----------
+        folder : Path
+        limits : Limits, optional
+            For the size of the journal.
 
         Raises
         ------
@@ -57,7 +67,7 @@ class Journal:
         journal = cls(folder, {}, {}, {})
         path = folder / NAME
         if path.exists():
-            lines = path.read_text(encoding="utf-8", errors="replace").splitlines()
+            lines = read_bytes(path, limits.journal).splitlines()
             _check(path, lines[:1])
             for line in lines[1:]:
                 journal._take(_entry(line))
@@ -112,8 +122,9 @@ class Journal:
                 self.owners[name] = photo
             case {"kind": "done", "name": str(name), "photo": _, "settings": _, "result": _}:
                 self.done[name] = entry
-            case {"kind": "response" | "psf" as what, "settings": _, "photos": list()}:
-                self.shared[what] = entry
+            case {"kind": "response" | "psf" as what, "settings": _, "photos": list(photos)}:
+                if all(isinstance(photo, str) for photo in photos):
+                    self.shared[what] = entry
 
     def _entries(self) -> list[dict[str, Any]]:
         claims = [
@@ -139,15 +150,15 @@ def _facts(stamp: Stamp) -> list[int]:
     return [stamp.size, stamp.changed]
 
 
-def _entry(line: str) -> dict[str, Any]:
+def _entry(line: bytes) -> dict[str, Any]:
     try:
-        entry = json.loads(line)
+        entry = parse_json(line)
     except ValueError:
         return {}
     return entry if isinstance(entry, dict) else {}
 
 
-def _check(path: Path, first: list[str]) -> None:
+def _check(path: Path, first: list[bytes]) -> None:
     head = _entry(first[0]) if first else {}
     if head.get("format") != FORMAT:
         raise CrfDeblurError(
@@ -155,6 +166,6 @@ def _check(path: Path, first: list[str]) -> None:
         )
     if head.get("version") != VERSION:
         raise CrfDeblurError(
-            f"{path}: journals of version {head.get('version')} are not known; "
+            f"{path}: journals of version {brief(head.get('version'))} are not known; "
             "update napari-crfdeblur, or choose another folder"
         )

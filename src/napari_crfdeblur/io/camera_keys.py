@@ -4,7 +4,6 @@ import hashlib
 import json
 import re
 import unicodedata
-import warnings
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from datetime import datetime, timedelta
@@ -12,7 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import DAMAGED
-from .files import check_input
+from ..texts import printable
+from .images import opened_by_pillow
+from .inputs import open_input
+from .quiet import quiet
 
 LEVELS = {0: "normal", 1: "soft", 2: "hard"}
 # What EXIF 2.32 (CIPA DC-008, section 4.6.5) says of the rendering; sharpness acts on edges.
@@ -35,6 +37,7 @@ EDITORS = re.compile(
 )
 # A camera is done with a photo this long after its exposure began, even with a very long one.
 DEVELOPED = timedelta(hours=1)
+LONGEST = 500  # characters of a text that are looked at; names of cameras have a few dozen
 NAME_CHARACTERS = 40  # of a file's name that can be read
 
 
@@ -63,19 +66,23 @@ class CameraKey:
 
     @property
     def name(self) -> str:
-        """Maker and model as people write them."""
+        """Maker and model as people write them, fit for a sentence."""
+        return printable(self._name)
+
+    @property
+    def _name(self) -> str:
         first = self.maker.split(" ")[0].lower()
         known = not first or self.model.lower().startswith(first)
         return self.model if known else f"{self.maker} {self.model}"
 
     def __str__(self) -> str:
-        details = [text for text in (self.style, self.edited) if text]
+        details = [printable(text) for text in (self.style, self.edited) if text]
         return f"{self.name} ({', '.join(details)})" if details else self.name
 
     @property
     def file_name(self) -> str:
         """Name of its file: the camera's, and what tells it from others of this name."""
-        plain = unicodedata.normalize("NFKD", self.name).encode("ascii", "ignore").decode()
+        plain = unicodedata.normalize("NFKD", self._name).encode("ascii", "ignore").decode()
         slug = re.sub(r"[^a-z0-9]+", "-", plain.lower()).strip("-")[:NAME_CHARACTERS]
         digest = hashlib.sha256(json.dumps(asdict(self)).encode()).hexdigest()[:10]
         return f"{slug or 'camera'}-{digest}.json"
@@ -102,7 +109,6 @@ def read_camera_key(path: Path) -> CameraKey | None:
     CrfDeblurError
         There is no such file, or it may not be read.
     """
-    check_input(path)
     tags = _tags(path)
     model = _text(tags.get("Model"))
     if not model:
@@ -116,17 +122,16 @@ def _tags(path: Path) -> dict[str, Any]:
     from PIL.ExifTags import IFD, TAGS
 
     try:
-        with warnings.catch_warnings(), path.open("rb") as file:
-            warnings.simplefilter("ignore")  # Pillow's, on data that end early
+        with quiet(), open_input(path) as file:
             exif = Pillow.Exif()
             if file.read(4) in (b"II*\0", b"MM\0*"):  # whose pixels Pillow may not know
                 file.seek(0)
                 exif.load_from_fp(file)
             else:
                 file.seek(0)
-                exif = Pillow.open(file).getexif()
+                exif = opened_by_pillow(file).getexif()
             found = {**exif, **exif.get_ifd(IFD.Exif)}
-    except (*DAMAGED, Pillow.DecompressionBombError):
+    except DAMAGED:
         return {}
     return {TAGS[number]: value for number, value in found.items() if number in TAGS}
 
@@ -154,8 +159,11 @@ def _edited(tags: Mapping[str, Any]) -> str:
 
 
 def _text(value: object) -> str:
-    """A text without what pads it; empty for anything else."""
-    return " ".join(value.replace("\0", " ").split()) if isinstance(value, str) else ""
+    """A text without what pads it or cannot be printed; empty for anything else."""
+    if not isinstance(value, str):
+        return ""
+    plain = "".join(each if each.isprintable() else " " for each in value[:LONGEST])
+    return " ".join(plain.split())
 
 
 def _time(value: object) -> datetime | None:

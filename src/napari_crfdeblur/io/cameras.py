@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -13,11 +14,16 @@ from .._typing import Image
 from .._version import __version__
 from ..errors import DAMAGED, CrfDeblurError
 from ..response import ResponsePrior
+from ..texts import brief
 from .camera_keys import CameraKey
-from .files import check_folder, check_input, write_text
+from .files import check_folder, write_text
+from .inputs import is_folder
+from .json_files import read_json
+from .limits import LIMITS, Limits
 from .records import from_record, to_record
 
 FORMAT, VERSION = "crfdeblur-camera", 1
+DIGEST = re.compile("[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,8 +105,15 @@ def write_camera(folder: Path, record: CameraRecord) -> None:
     write_text(camera_file(folder, record.key), json.dumps(content, indent=1) + "\n")
 
 
-def read_camera(folder: Path, key: CameraKey) -> CameraRecord | None:
+def read_camera(folder: Path, key: CameraKey, *, limits: Limits = LIMITS) -> CameraRecord | None:
     """Read what is known of a camera; None if there is nothing yet.
+
+    Parameters
+    ----------
+    folder : Path
+    key : CameraKey
+    limits : Limits, optional
+        For the size of the file.
 
     Raises
     ------
@@ -111,7 +124,7 @@ def read_camera(folder: Path, key: CameraKey) -> CameraRecord | None:
     path = camera_file(folder, key)
     if not path.exists():
         return None
-    record = _read(path)
+    record = _read(path, limits)
     if record.key != key:
         raise CrfDeblurError(
             f"{path}: is of another camera, {record.key}; delete it, or put the file back under "
@@ -134,21 +147,20 @@ def stored_cameras(folder: Path) -> tuple[CameraRecord, ...]:
     found = []
     for path in folder.glob("*.json"):
         with suppress(CrfDeblurError):
-            record = _read(path)
+            record = _read(path, LIMITS)
             if record.key.file_name == path.name:
                 found.append(record)
     return tuple(sorted(found, key=lambda record: str(record.key)))
 
 
 def _check_there(folder: Path) -> None:
-    if not folder.is_dir():
+    if not is_folder(folder):
         raise CrfDeblurError(f"{folder}: there is no such folder; give the one with the cameras")
 
 
-def _read(path: Path) -> CameraRecord:
-    check_input(path)
+def _read(path: Path, limits: Limits) -> CameraRecord:
+    content = read_json(path, limits=limits)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         version = _version(content)
         if version > VERSION:
             raise CrfDeblurError(
@@ -158,8 +170,8 @@ def _read(path: Path) -> CameraRecord:
         return _record(content)
     except DAMAGED as error:
         raise CrfDeblurError(
-            f"{path}: not a stored camera, or damaged ({error}); delete it, and estimate the "
-            "photos of the camera again"
+            f"{path}: not a stored camera, or damaged ({brief(error)}); delete it, and estimate "
+            "the photos of the camera again"
         ) from error
 
 
@@ -183,5 +195,7 @@ def _record(content: dict[str, Any]) -> CameraRecord:
     if not isinstance(posterior, ResponsePrior):
         raise ValueError("its posterior is not a family of responses")
     camera, *photos = entries
+    if not all(DIGEST.fullmatch(photo["digest"]) for photo in photos):
+        raise ValueError("the digest of a photo is none")
     counted = tuple(CountedPhoto(**photo) for photo in photos)
     return CameraRecord(CameraKey(**camera), posterior, counted)

@@ -6,7 +6,8 @@ from typing import Any
 
 from ..errors import CrfDeblurError
 from ..pipeline import Record
-from .files import check_input, check_output, write_text
+from .files import check_output, write_text
+from .json_files import read_json
 from .records import from_record, to_record
 
 FORMAT, VERSION = "crfdeblur-record", 1
@@ -33,12 +34,7 @@ def read_record(path: Path) -> Record:
     CrfDeblurError
         Missing, not a record, damaged, or of another version.
     """
-    check_input(path)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise CrfDeblurError(f"{path}: not a JSON file ({error}); give {WHAT}") from error
-    return record_from(content, str(path))
+    return record_from(read_json(path), str(path))
 
 
 def record_from(content: Any, where: str) -> Record:

@@ -4,16 +4,21 @@ import csv
 import json
 from collections.abc import Sequence
 from io import StringIO
-from math import degrees, isfinite
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 from ..edges import Edge, Line, Rectangle
-from ..errors import CrfDeblurError
-from .files import check_input, check_output, write_text
+from ..errors import DAMAGED, CrfDeblurError
+from ..texts import brief
+from .files import check_output, write_text
+from .inputs import read_bytes
+from .json_files import numbers, parse_json
+from .limits import LIMITS, Limits
 
 FORMAT, VERSION = "crfdeblur-edges", 1
 SUFFIXES = (".json", ".csv")  # that are written; only JSON is read
+FARTHEST = 1e9  # pixels; no side of a photo is as long
 COLUMNS = (
     *("number", "start_row", "start_column", "end_row", "end_column", "angle"),
     *("polarity", "width", "contrast", "status", "message"),
@@ -43,27 +48,35 @@ def edges_content(edges: Sequence[Edge]) -> dict[str, Any]:
     return {"format": FORMAT, "version": VERSION, "edges": [_entry(e) for e in edges]}
 
 
-def read_edges(path: Path) -> tuple[Line | Rectangle, ...]:
+def read_edges(path: Path, *, limits: Limits = LIMITS) -> tuple[Line | Rectangle, ...]:
     """Read where edges are: each has ``start`` and ``end``, or the 4 ``corners`` of a rectangle.
 
     Only JSON is read. Points are [row, column] in pixels. Found edges that were rejected are
     passed over.
+
+    Parameters
+    ----------
+    path : Path
+    limits : Limits, optional
+        For the size of the file.
 
     Raises
     ------
     CrfDeblurError
         Missing, or not a file of edges.
     """
-    check_input(path)
+    text = read_bytes(path, limits.json)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        entries = content["edges"] if content["format"] == FORMAT else None
-        if entries is None:
+        content = parse_json(text, limits=limits)
+        if content["format"] != FORMAT:
             raise ValueError(f'"format" is not "{FORMAT}"')
+        entries = content["edges"]
+        if not isinstance(entries, list) or not all(isinstance(each, dict) for each in entries):
+            raise ValueError('"edges" is no list of objects')
         lines = tuple(_line(e) for e in entries if e.get("status", "good") == "good")
-    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+    except DAMAGED as error:
         raise CrfDeblurError(
-            f'{path}: not a file of edges ({error}); expected {{"format": "{FORMAT}", '
+            f'{path}: not a file of edges ({brief(error)}); expected {{"format": "{FORMAT}", '
             '"edges": [{"start": [row, column], "end": [row, column]}, ...]}'
         ) from error
     if not lines:
@@ -97,7 +110,7 @@ def _table(edges: Sequence[Edge]) -> str:
     return text.getvalue()
 
 
-def _line(entry: Any) -> Line | Rectangle:
+def _line(entry: dict[str, Any]) -> Line | Rectangle:
     if "corners" in entry:
         first, second, third, fourth = (_point(p) for p in entry["corners"])
         return Rectangle((first, second, third, fourth))
@@ -105,7 +118,7 @@ def _line(entry: Any) -> Line | Rectangle:
 
 
 def _point(values: Any) -> tuple[float, float]:
-    row, column = (float(v) for v in values)
-    if not (isfinite(row) and isfinite(column)):
-        raise ValueError(f"expected finite points, got [{row}, {column}]")
+    row, column = (float(each) for each in numbers(values))
+    if not max(abs(row), abs(column)) <= FARTHEST:  # in this way it is false for NaN
+        raise ValueError(f"no photo reaches to [{row:g}, {column:g}]")
     return row, column

@@ -3,7 +3,7 @@
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 
@@ -11,23 +11,34 @@ from .._typing import Image
 from .._version import __version__
 from ..errors import DAMAGED, CrfDeblurError
 from ..photo import ALPHA, color
-from .files import check_input, check_output, replacing
-from .tiff import LARGEST, read_tiff
+from .files import check_output, replacing
+from .inputs import damaged, open_input, size_of
+from .limits import LIMITS, Claim, Limits
+from .quiet import quiet
+from .tiff import read_tiff
+
+if TYPE_CHECKING:
+    from PIL.ImageFile import ImageFile as PillowFile
 
 TIFF = (".tif", ".tiff")
 JPEG = (".jpg", ".jpeg")
 WRITABLE = (".png", *TIFF, *JPEG)
 JPEG_QUALITY = 95
 PNG_EFFORT = 4  # of 9: files as small as with 6, the default, in a third of the time
+LONGEST_EXIF = 65533  # bytes; a segment of a JPEG counts its own length in 16 bits
+
+Check: TypeAlias = Callable[[Path, Claim], None]
 
 
-def read_photo(path: Path) -> Image:
+def read_photo(path: Path, *, limits: Limits = LIMITS) -> Image:
     """Read a photo, upright.
 
     Parameters
     ----------
     path : Path
         PNG, JPEG or TIFF (its first page), turned as its orientation says.
+    limits : Limits, optional
+        The largest photo that is read.
 
     Returns
     -------
@@ -37,20 +48,33 @@ def read_photo(path: Path) -> Image:
     Raises
     ------
     CrfDeblurError
-        Missing, no image, truncated, or of a kind that is not supported.
+        Missing, no image, too large, truncated, or of a kind that is not supported.
     """
-    check_input(path)
-    with path.open("rb") as file:
-        start = file.read(26)
-    reader = _reader(start)
-    if reader is None:
-        raise CrfDeblurError(f"{path}: not a PNG, JPEG or TIFF image; convert it to one of these")
-    try:
-        pixels = reader(path)
-    except DAMAGED as error:
-        raise CrfDeblurError(
-            f"{path}: the image is truncated or damaged ({error}); get a whole copy"
-        ) from error
+    return read_picture(path, limits.check_photo)
+
+
+def read_picture(path: Path, check: Check) -> Image:
+    """Read a photo or a PSF as :func:`read_photo` does.
+
+    Parameters
+    ----------
+    path : Path
+        PNG, JPEG or TIFF.
+    check : callable
+        Refuses, with a CrfDeblurError, what the file claims to hold, before that is read.
+    """
+    with quiet(), open_input(path) as file:
+        try:
+            reader = _reader(file.read(26))
+            if reader is None:
+                raise CrfDeblurError(
+                    f"{path}: not a PNG, JPEG or TIFF image; convert it to one of these"
+                )
+            file.seek(0)
+            pixels = reader(path, file, check)
+        except DAMAGED as error:
+            what = "the image is truncated or damaged"
+            raise damaged(path, what, error, "get a whole copy") from error
     return _supported(path, pixels)
 
 
@@ -79,7 +103,7 @@ def write_photo(path: Path, photo: Image, like: Path | None = None) -> None:
             _write_png16(temporary, _as_integer(photo, np.uint16))
 
 
-def _reader(start: bytes) -> Callable[[Path], Image] | None:
+def _reader(start: bytes) -> Callable[[Path, BinaryIO, Check], Image] | None:
     if start.startswith(b"\x89PNG\r\n\x1a\n"):
         bits = start[24] if len(start) > 24 else 0
         return _read_png16 if bits == 16 else _read_pillow
@@ -90,31 +114,49 @@ def _reader(start: bytes) -> Callable[[Path], Image] | None:
     return None
 
 
-def _read_pillow(path: Path) -> Image:
-    from PIL import Image as Pillow
+def _read_pillow(path: Path, file: BinaryIO, check: Check) -> Image:
     from PIL import ImageOps
 
-    try:
-        with Pillow.open(path) as opened:
-            upright = ImageOps.exif_transpose(opened)
-            upright.load()
-    except Pillow.DecompressionBombError as error:
-        raise CrfDeblurError(f"{path}: the image is too large ({error})") from error
+    with opened_by_pillow(file) as opened:
+        mode = _PLAIN_MODES.get(opened.mode, opened.mode)
+        columns, rows = opened.size
+        channels = PILLOW_CHANNELS.get(mode, 1)
+        check(path, Claim((rows, columns), rows * columns * channels, size_of(file), channels))
+        upright = ImageOps.exif_transpose(opened)
+        upright.load()
     return np.asarray(upright.convert(_PLAIN_MODES.get(upright.mode, upright.mode)))
+
+
+def opened_by_pillow(file: BinaryIO) -> "PillowFile":
+    """A PNG or JPEG whose header is read, not its pixels.
+
+    Without ``PIL.Image.open``, whose own limits are the same for all that use it.
+    """
+    from PIL.JpegImagePlugin import JpegImageFile
+    from PIL.PngImagePlugin import PngImageFile
+
+    start = file.read(4)
+    file.seek(0)
+    return PngImageFile(file) if start == b"\x89PNG" else JpegImageFile(file)
 
 
 # Kinds of pixel that Pillow knows and we do not, and what shows the same picture.
 _PLAIN_MODES = {"1": "L", "P": "RGBA", "LA": "RGBA", "PA": "RGBA", "CMYK": "RGB", "YCbCr": "RGB"}
+PILLOW_CHANNELS = {"RGB": 3, "RGBA": 4}
 
 
-def _read_png16(path: Path) -> Image:
+def _read_png16(path: Path, file: BinaryIO, check: Check) -> Image:
     from imagecodecs import png_decode
 
-    content = path.read_bytes()
-    width, height = struct.unpack_from(">II", content, 16)
-    if 4 * width * height > LARGEST:
-        raise ValueError(f"{width} x {height} pixels")
+    content = file.read()
+    columns, rows, _, color_type = struct.unpack_from(">IIBB", content, 16)
+    channels = PNG_CHANNELS.get(color_type, ALPHA)
+    taken = 2 * channels * rows * columns
+    check(path, Claim((rows, columns), taken, len(content), channels))
     return np.asarray(png_decode(content))
+
+
+PNG_CHANNELS = {0: 1, 2: 3, 3: 3, 4: 2, 6: 4}  # by the color type
 
 
 def _supported(path: Path, pixels: Image) -> Image:
@@ -173,16 +215,22 @@ def _write_pillow(path: Path, photo: Image, like: Path | None) -> None:
 
 
 def _camera_data(like: Path | None) -> dict[str, Any]:
-    """Color profile and EXIF data of a file, marked upright and processed; none for a TIFF."""
-    from PIL import Image as Pillow
+    """Color profile and EXIF data of a file, marked upright and processed; none for a TIFF.
+
+    What is damaged, or too long for a JPEG, is left out: it is not what makes the photo.
+    """
     from PIL.ExifTags import Base
 
     if like is None or like.suffix.lower() not in (".png", *JPEG):
         return {}
-    with Pillow.open(like) as source:
-        exif, profile = source.getexif(), source.info.get("icc_profile")
-    exif.pop(Base.Orientation, None)
-    if len(exif):  # what is written is not what the camera wrote, whatever else they say
-        exif[Base.ProcessingSoftware] = f"napari-crfdeblur {__version__}"
-    kept = {"exif": exif.tobytes()} if len(exif) else {}
+    try:
+        with quiet(), open_input(like) as file, opened_by_pillow(file) as source:
+            exif, profile = source.getexif(), source.info.get("icc_profile")
+            exif.pop(Base.Orientation, None)
+            if len(exif):  # what is written is not what the camera wrote, whatever else they say
+                exif[Base.ProcessingSoftware] = f"napari-crfdeblur {__version__}"
+            data = exif.tobytes() if len(exif) else b""
+    except DAMAGED:
+        return {}
+    kept = {"exif": data} if 0 < len(data) <= LONGEST_EXIF else {}
     return kept | ({"icc_profile": profile} if profile else {})

@@ -8,22 +8,28 @@ from .._typing import FloatArray, Image
 from ..errors import DAMAGED, CrfDeblurError
 from ..photo import from_unit
 from ..psf import as_psf, centered
-from .files import check_input, check_output, replacing
-from .images import TIFF, read_photo, write_photo
+from .files import check_output, replacing
+from .images import TIFF, read_picture, write_photo
+from .inputs import damaged, open_input, size_of
+from .limits import LIMITS, Claim, Limits
+from .npy import npy_layout, read_npy
+from .quiet import quiet
 from .tiff import read_slices
 
 SUFFIXES = (".png", *TIFF, ".npy")
 VOLUME = 3  # axes
 
 
-def read_psf(path: Path) -> FloatArray:
+def read_psf(path: Path, *, limits: Limits = LIMITS) -> FloatArray:
     """Read a PSF: scaled to sum 1, padded to odd sides, its center of mass in the middle.
 
     Parameters
     ----------
     path : Path
-        Grayscale PNG or TIFF (color with equal channels passes), or NPY; any size. A TIFF with
-        several gray pages, or an array of three axes, is a PSF of three dimensions.
+        Grayscale PNG or TIFF (color with equal channels passes), or NPY. A TIFF with several
+        gray pages, or an array of three axes, is a PSF of three dimensions.
+    limits : Limits, optional
+        The largest PSF that is read.
 
     Returns
     -------
@@ -33,10 +39,10 @@ def read_psf(path: Path) -> FloatArray:
     Raises
     ------
     CrfDeblurError
-        Missing, unreadable, in color, negative, not finite or all zero.
+        Missing, unreadable, too large, in color, negative, not finite or all zero.
     """
-    check_input(path)
-    values = _read_array(path) if path.suffix.lower() == ".npy" else _read_picture(path)
+    npy = path.suffix.lower() == ".npy"
+    values = _read_array(path, limits) if npy else _read_pixels(path, limits)
     try:
         return centered(as_psf(values))
     except CrfDeblurError as error:
@@ -72,29 +78,30 @@ def _write_pages(path: Path, psf: FloatArray) -> None:
         tifffile.imwrite(temporary, psf.astype(np.float32), photometric="minisblack")
 
 
-def _read_array(path: Path) -> FloatArray:
-    try:
-        values = np.load(path, allow_pickle=False)
-    except DAMAGED as error:
-        raise CrfDeblurError(f"{path}: not a whole NPY file ({error}); save it again") from error
-    if not isinstance(values, np.ndarray) or values.dtype.kind not in "fiub":
-        raise CrfDeblurError(f"{path}: holds no real numbers; give one array of them")
-    return values.astype(np.float64)
+def _read_array(path: Path, limits: Limits) -> FloatArray:
+    with quiet(), open_input(path) as file:
+        try:
+            layout = npy_layout(file)
+            limits.check_psf(path, Claim(layout.shape, layout.taken, size_of(file)))
+            return read_npy(file, layout).astype(np.float64, order="C")
+        except DAMAGED as error:
+            advice = "give one array of real numbers, saved whole"
+            raise damaged(path, "not a whole NPY file", error, advice) from error
 
 
-def _read_picture(path: Path) -> FloatArray:
-    pixels = read_photo(path)
-    if path.suffix.lower() in TIFF and (slices := _read_slices(path)) is not None:
+def _read_pixels(path: Path, limits: Limits) -> FloatArray:
+    pixels = read_picture(path, limits.check_psf)
+    if path.suffix.lower() in TIFF and (slices := _read_slices(path, limits)) is not None:
         pixels = slices
     elif pixels.ndim == 3 and np.ptp(pixels[..., :3], axis=2).max() == 0:
         pixels = pixels[..., 0]
     return pixels.astype(np.float64)
 
 
-def _read_slices(path: Path) -> Image | None:
-    try:
-        return read_slices(path)
-    except DAMAGED as error:
-        raise CrfDeblurError(
-            f"{path}: the stack is truncated or damaged ({error}); get a whole copy"
-        ) from error
+def _read_slices(path: Path, limits: Limits) -> Image | None:
+    with quiet(), open_input(path) as file:
+        try:
+            return read_slices(path, file, limits.check_psf)
+        except DAMAGED as error:
+            what = "the stack is truncated or damaged"
+            raise damaged(path, what, error, "get a whole copy") from error

@@ -5,7 +5,8 @@ dict that names its ``"type"``: an object of a stage with its fields, a choice w
 array, a float that JSON lacks, a dict that has a key ``"type"`` itself.
 """
 
-from collections.abc import Callable
+import reprlib
+from collections.abc import Callable, Collection
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from math import isfinite
@@ -20,8 +21,10 @@ from .._typing import Image
 from ..errors import DAMAGED, CrfDeblurError
 from ..estimate import Responses
 from ..psf import Evidence
+from ..texts import brief, printable
+from .json_files import check_values
 
-Record: TypeAlias = Any
+Json: TypeAlias = Any
 """What ``json`` writes and reads: None, bool, int, float, str, list or dict of such."""
 
 STAGES = (response, edges, profiles, psf, estimate, deconvolution)
@@ -37,7 +40,7 @@ MEMBERS: dict[str, type[Any]] = {
 """The classes that have records, by name: all that the stages export and that hold values."""
 
 
-def to_record(value: object) -> Record:
+def to_record(value: object) -> Json:
     """What JSON can hold of a value; :func:`from_record` makes the value of it again.
 
     Parameters
@@ -71,7 +74,7 @@ def to_record(value: object) -> Record:
     return None if value is None else _record_of_member(value)
 
 
-def from_record(record: Record) -> Any:
+def from_record(record: Json) -> Any:
     """Make the value of which :func:`to_record` made a record; lists become tuples.
 
     Parameters
@@ -82,30 +85,61 @@ def from_record(record: Record) -> Any:
     Raises
     ------
     CrfDeblurError
-        Of an unknown type, with a field too few or too many, or with a value that cannot be.
+        Of an unknown type, with a field too few or too many, with a value that cannot be, or
+        beyond the limits of JSON files.
     """
+    try:
+        check_values(record)
+        return _value(record)
+    except (*DAMAGED, AssertionError) as error:
+        raise CrfDeblurError(
+            f"a record is damaged ({brief(error)}); mend the file or make it again"
+        ) from error
+
+
+def _value(record: Json) -> Any:
     if record is None or isinstance(record, (bool, int, float, str)):
         return record
     if isinstance(record, (list, tuple)):
-        return tuple(from_record(each) for each in record)
+        return tuple(_value(each) for each in record)
     if isinstance(record, dict) and "type" not in record:
-        return {key: from_record(each) for key, each in record.items()}
+        return {key: _value(each) for key, each in record.items()}
     name = record["type"] if isinstance(record, dict) else type(record).__name__
     if not isinstance(name, str) or name not in {*READERS, *MEMBERS}:
         raise CrfDeblurError(
-            f'records of type "{name}" are not known; update napari-crfdeblur, or take the '
+            f'records of type "{_shown(name)}" are not known; update napari-crfdeblur, or take the '
             "record out of the file"
         )
     content = {key: each for key, each in record.items() if key != "type"}
     try:
-        return READERS[name](content) if name in READERS else _member(MEMBERS[name], content)
+        # What overflows is refused by the constructors, which look at the values.
+        with np.errstate(all="ignore"):
+            return _read(name, content)
     except DAMAGED as error:
         raise CrfDeblurError(
-            f'a record of type "{name}" is damaged ({error}); mend the file or make it again'
+            f'a record of type "{name}" is damaged ({brief(error)}); mend the file or make it again'
         ) from error
 
 
-def _record_of_member(value: object) -> Record:
+def _read(name: str, content: dict[str, Json]) -> Any:
+    if name in MEMBERS:
+        return _member(MEMBERS[name], content)
+    names, reader = READERS[name]
+    _check_fields(content, names)
+    return reader(*(content[each] for each in names))
+
+
+def _check_fields(content: dict[str, Json], names: Collection[str]) -> None:
+    if content.keys() != set(names):
+        raise ValueError(f"expected the fields {[*names]}, got {_shown([*content])}")
+
+
+def _shown(value: object) -> str:
+    """The beginning of a value as a text, however large it is."""
+    return printable(value[:80]) if isinstance(value, str) else printable(reprlib.repr(value))
+
+
+def _record_of_member(value: object) -> Json:
     name = type(value).__name__
     if MEMBERS.get(name) is not type(value):
         raise CrfDeblurError(
@@ -117,17 +151,17 @@ def _record_of_member(value: object) -> Record:
     return {"type": name} | {key: to_record(getattr(value, key)) for key in _hints(type(value))}
 
 
-def _member(cls: type[Any], content: dict[str, Record]) -> object:
+def _member(cls: type[Any], content: dict[str, Json]) -> object:
     """An object of a stage; its constructor checks the values, and this their types."""
     if issubclass(cls, Enum):
+        _check_fields(content, ("name",))
         return cls[content["name"]]
     hints = _hints(cls)
-    if content.keys() != hints.keys():
-        raise ValueError(f"expected the fields {[*hints]}, got {[*content]}")
-    values = {key: from_record(each) for key, each in content.items()}
+    _check_fields(content, hints)
+    values = {key: _value(each) for key, each in content.items()}
     for key, value in values.items():
         if not _fits(value, hints[key]):
-            raise ValueError(f"expected {key} of type {hints[key]}, got {value!r:.80}")
+            raise ValueError(f"expected {key} of type {hints[key]}, got {_shown(value)}")
     return cls(**values)
 
 
@@ -155,7 +189,7 @@ def _fits(value: object, hint: Any) -> bool:
     return isinstance(value, (int, float) if kind is float else kind)
 
 
-def _record_of_array(array: Image) -> Record:
+def _record_of_array(array: Image) -> Json:
     finite = array.dtype.kind != "f" or bool(np.isfinite(array).all())
     return {
         "type": "array",
@@ -166,30 +200,49 @@ def _record_of_array(array: Image) -> Record:
     }
 
 
-def _texts(data: Any) -> Record:
+def _texts(data: Any) -> Json:
     if isinstance(data, list):
         return [_texts(each) for each in data]
     return data if isfinite(data) else str(data)
 
 
-def _array(content: dict[str, Record]) -> Image:
-    dtype, shape = np.dtype(content["dtype"]), tuple(int(side) for side in content["shape"])
-    if dtype.kind not in "biuf":
-        raise ValueError(f"expected real numbers, got {dtype}")
-    array: Image = np.array(content["data"], dtype=dtype)
-    if array.size == 0 and 0 in shape:  # nested lists do not tell all sides of an empty array
-        return array.reshape(shape)
-    if array.shape != shape:
-        raise ValueError(f"expected an array of shape {shape}, got {array.shape}")
-    return array
+def _array(name: Json, sides: Json, data: Json) -> Image:
+    if name not in KINDS:
+        raise ValueError(f"expected real numbers, got {_shown(name)}")
+    if not isinstance(sides, (list, tuple)) or not all(type(side) is int for side in sides):
+        raise ValueError(f"expected sides, got {_shown(sides)}")
+    dtype, shape = np.dtype(name), tuple(sides)
+    values = np.array(data, dtype=object)  # the numbers alone are as large as the record
+    wanted = (int, float, str) if dtype.kind == "f" else (int,)
+    if not all(isinstance(each, wanted) for each in values.flat):
+        raise ValueError(f"expected an array of {dtype}, got other values, or rows of other length")
+    if values.size == 0 and 0 in shape:  # nested lists do not tell all sides of an empty array
+        return np.empty(shape, dtype)
+    if values.shape != shape:
+        raise ValueError(f"expected an array of shape {shape}, got {values.shape}")
+    with np.errstate(over="raise"):
+        return values.astype(dtype)
 
 
-def _items(content: dict[str, Record]) -> dict[str, Any]:
-    return {key: from_record(each) for key, each in content["items"].items()}
+def _items(items: Json) -> dict[str, Any]:
+    if not isinstance(items, dict):
+        raise ValueError(f"expected items by their keys, got {_shown(items)}")
+    return {key: _value(each) for key, each in items.items()}
 
 
-READERS: dict[str, Callable[[dict[str, Record]], Any]] = {
-    "array": _array,
-    "dict": _items,
-    "float": lambda content: float(content["value"]),
+def _float(value: Json) -> float:
+    if value not in NOT_IN_JSON:
+        raise ValueError(f"expected one of {', '.join(NOT_IN_JSON)}, got {_shown(value)}")
+    return float(value)
+
+
+KINDS = (
+    *("bool", "int8", "int16", "int32", "int64", "uint8", "uint16", "uint32", "uint64"),
+    *("float16", "float32", "float64"),
+)
+NOT_IN_JSON = ("nan", "inf", "-inf")
+READERS: dict[str, tuple[tuple[str, ...], Callable[..., Any]]] = {
+    "array": (("dtype", "shape", "data"), _array),
+    "dict": (("items",), _items),
+    "float": (("value",), _float),
 }

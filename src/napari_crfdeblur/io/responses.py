@@ -11,7 +11,10 @@ from .._version import __version__
 from ..errors import CrfDeblurError
 from ..estimate import ResponseEstimate
 from ..response import Tabulated
-from .files import check_input, check_output, write_text
+from ..texts import brief
+from .files import check_output, write_text
+from .json_files import numbers, read_json
+from .limits import LIMITS, Limits
 
 FORMAT, VERSION, DIRECTION = "crfdeblur-response", 1, "inverse"
 SUFFIXES = (".json",)
@@ -45,20 +48,22 @@ def responses_content(estimates: Sequence[ResponseEstimate]) -> dict[str, Any]:
     }
 
 
-def read_responses(path: Path) -> tuple[Tabulated, ...]:
+def read_responses(path: Path, *, limits: Limits = LIMITS) -> tuple[Tabulated, ...]:
     """Read the response of each channel, or the one of all.
+
+    Parameters
+    ----------
+    path : Path
+        JSON of :func:`write_responses`.
+    limits : Limits, optional
+        For the size of the file.
 
     Raises
     ------
     CrfDeblurError
         Missing, not a response of this format, of the wrong direction, not increasing.
     """
-    check_input(path)
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError) as error:
-        raise CrfDeblurError(f"{path}: not a JSON file ({error}); give a response file") from error
-    return responses_from(content, str(path))
+    return responses_from(read_json(path, limits=limits), str(path))
 
 
 def responses_from(content: Any, where: str) -> tuple[Tabulated, ...]:
@@ -83,12 +88,12 @@ def responses_from(content: Any, where: str) -> tuple[Tabulated, ...]:
         )
     if content.get("version") != VERSION:
         raise CrfDeblurError(
-            f"{where}: response files of version {content.get('version')} are not known; "
+            f"{where}: response files of version {brief(content.get('version'))} are not known; "
             "update napari-crfdeblur"
         )
     if content.get("direction") != DIRECTION:
         raise CrfDeblurError(
-            f'{where}: the direction is "{content.get("direction")}", where "{DIRECTION}" '
+            f'{where}: the direction is "{brief(content.get("direction"))}", where "{DIRECTION}" '
             "(intensity to irradiance) is expected; swap the two lists and the direction"
         )
     channels = content.get("channels")
@@ -114,9 +119,9 @@ def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
 
 def _curve(channel: Any, where: str) -> Tabulated:
     try:
-        intensity = np.asarray(channel["intensity"], dtype=np.float64)
-        irradiance = np.asarray(channel["irradiance"], dtype=np.float64)
-    except (KeyError, TypeError, ValueError) as error:
+        intensity = np.array(numbers(channel["intensity"]), dtype=np.float64)
+        irradiance = np.array(numbers(channel["irradiance"]), dtype=np.float64)
+    except (LookupError, OverflowError, TypeError, ValueError) as error:
         raise CrfDeblurError(
             f'{where}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
             "estimate the response again"
@@ -125,6 +130,6 @@ def _curve(channel: Any, where: str) -> Tabulated:
         return Tabulated(irradiance=irradiance, intensity=intensity)
     except ValueError as error:
         raise CrfDeblurError(
-            f"{where}: the response must increase strictly from 0 to 1 ({error}); mend the file "
-            "or estimate the response again"
+            f"{where}: the response must increase strictly from 0 to 1 ({brief(error)}); mend the "
+            "file or estimate the response again"
         ) from error

@@ -13,10 +13,15 @@ from ..errors import DAMAGED, CrfDeblurError
 from ..io import read_photo
 from ..io.files import check_input
 from ..io.images import TIFF
+from ..io.inputs import damaged, is_folder, open_input
+from ..io.limits import LIMITS, Limits
+from ..io.npy import npy_layout, read_npy_region
+from ..io.quiet import quiet
 from ..photo import ALPHA
 from .stamp import Stamp
 
 NPY, ZARR = ".npy", ".zarr"
+FAILURES = (*DAMAGED, AssertionError)  # zarr asserts what it expects of what is stored
 KINDS = (np.uint8, np.uint16, np.float16, np.float32, np.float64)
 
 
@@ -78,17 +83,18 @@ class InFile(Source):
     shape: tuple[int, ...]
     dtype: np.dtype[Any]
     color: bool
+    limits: Limits = LIMITS
 
     def read(self, region: Region) -> Image:
         """Pixels of a region; looks before and after whether the file has changed."""
         self._look()
         try:
-            pixels = self._pixels(region)
-        except DAMAGED as error:
+            with quiet():
+                pixels = self._pixels(region)
+        except FAILURES as error:
             self.check()
-            raise CrfDeblurError(
-                f"{self.stamp.path}: the image is truncated or damaged ({error}); get a whole copy"
-            ) from error
+            what = "the image is truncated or damaged"
+            raise damaged(self.stamp.path, what, error, "get a whole copy") from error
         self._look()
         return np.ascontiguousarray(pixels, dtype=self.dtype)
 
@@ -109,7 +115,11 @@ class NpyFile(InFile):
     __slots__ = ()
 
     def _pixels(self, region: Region) -> Image:
-        return np.array(np.load(self.stamp.path, mmap_mode="r")[region])
+        with open_input(self.stamp.path) as file:
+            layout = npy_layout(file)
+            if layout.shape != self.shape:
+                raise ValueError(f"its shape is {layout.shape} now")
+            return read_npy_region(file, layout, region)
 
 
 class TiffFile(InFile):
@@ -132,55 +142,49 @@ class ZarrFolder(InFile):
         """Too many files to look at for every region: the end of the work is soon enough."""
 
     def _pixels(self, region: Region) -> Image:
-        return np.asarray(zarr_array(self.stamp.path)[region])
+        array = zarr_array(self.stamp.path, self.limits)
+        if array.shape != self.shape:
+            raise ValueError(f"its shape is {array.shape} now")
+        return np.asarray(array[region])
 
 
-def open_source(path: Path) -> Source:
+def open_source(path: Path, *, limits: Limits = LIMITS) -> Source:
     """Open a photo or a stack without reading it.
 
     Parameters
     ----------
     path : Path
         TIFF, NPY or a folder of zarr; PNG and JPEG are read whole, for lack of regions in them.
+    limits : Limits, optional
+        The largest photo that is read.
 
     Raises
     ------
     CrfDeblurError
-        Missing, damaged, or not a photo.
+        Missing, damaged, too large, or not a photo.
     """
-    if path.is_dir():
-        return _of_zarr(path)
+    if is_folder(path):
+        return _of_zarr(path, limits)
     check_input(path)
     stamp = Stamp.of(path)
     if path.suffix.lower() not in (*TIFF, NPY):
-        photo = read_photo(path)
+        photo = read_photo(path, limits=limits)
         stamp.check()
         return InMemory.of(photo)
+    kind = _of_npy if path.suffix.lower() == NPY else _of_tiff
     try:
-        if path.suffix.lower() == NPY:
-            stored = np.load(path, mmap_mode="r")
-            return _checked(NpyFile(stamp, *_kind(stored)))
-        from .tiff import layout
-
-        found = layout(stamp)
-        return _checked(TiffFile(stamp, found.shape, found.dtype, found.color))
+        with quiet():
+            return _checked(kind(stamp, limits))
     except DAMAGED as error:
-        raise CrfDeblurError(f"{path}: the image is damaged ({error}); get a whole copy") from error
+        raise damaged(path, "the image is damaged", error, "get a whole copy") from error
 
 
-def zarr_array(path: Path) -> Any:
+def zarr_array(path: Path, limits: Limits = LIMITS) -> Any:
     """The array in a folder of zarr; of an image in several resolutions the finest."""
-    zarr = zarr_module(path)
-    try:
-        found = zarr.open(path, mode="r")
-        if isinstance(found, zarr.Group):
-            scales = found.attrs.get("ome", found.attrs).get("multiscales")
-            found = found[scales[0]["datasets"][0]["path"] if scales else "0"]
-    except (*DAMAGED, zarr.errors.BaseZarrError) as error:
-        raise CrfDeblurError(
-            f"{path}: this folder holds no array of zarr ({error}); give a file or such a folder"
-        ) from error
-    return found
+    zarr_module(path)
+    from .zarr_arrays import open_array
+
+    return open_array(path, limits)
 
 
 def zarr_module(path: Path) -> Any:
@@ -194,15 +198,34 @@ def zarr_module(path: Path) -> Any:
     return zarr
 
 
-def _of_zarr(path: Path) -> Source:
+def _of_zarr(path: Path, limits: Limits) -> Source:
     stamp = Stamp.of(path)
-    return _checked(ZarrFolder(stamp, *_kind(zarr_array(path))))
+    with quiet():
+        return _checked(ZarrFolder(stamp, *_kind(zarr_array(path, limits)), limits))
+
+
+def _of_npy(stamp: Stamp, limits: Limits) -> InFile:
+    with open_input(stamp.path) as file:
+        layout = npy_layout(file)
+    return NpyFile(stamp, *_kind_of(layout.shape, layout.stored), limits)
+
+
+def _of_tiff(stamp: Stamp, limits: Limits) -> InFile:
+    from .tiff import layout
+
+    found = layout(stamp)
+    return TiffFile(stamp, found.shape, found.dtype, found.color, limits)
 
 
 def _kind(stored: Any) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
-    shape = tuple(stored.shape)
+    return _kind_of(tuple(stored.shape), np.dtype(stored.dtype))
+
+
+def _kind_of(
+    shape: tuple[int, ...], stored: np.dtype[Any]
+) -> tuple[tuple[int, ...], np.dtype[Any], bool]:
     color = len(shape) > 2 and shape[-1] in (3, ALPHA)
-    return shape, np.dtype(stored.dtype).newbyteorder("="), color
+    return shape, stored.newbyteorder("="), color
 
 
 def _checked(source: InFile) -> InFile:
@@ -216,4 +239,5 @@ def _checked(source: InFile) -> InFile:
             f"{source.stamp.path}: an image of shape {source.shape} is not supported; "
             "give a photo or a stack of photos"
         )
+    source.limits.check_large(source.stamp.path, source.shape, source.color)
     return source
