@@ -19,6 +19,7 @@ STAGES = [
     "_version",
     "_typing",
     "errors",
+    "arguments",
     "progress",
     "photo",
     "arrays",

@@ -217,7 +217,7 @@ def test_a_family_around_the_mean_of_dorf_with_its_spread_is_that_of_dorf():
 
 @pytest.mark.parametrize("share", [0, -0.1, float("nan")])
 def test_a_family_without_spread_is_refused(share):
-    with pytest.raises(ValueError, match="expected a positive share"):
+    with pytest.raises(ValueError, match="expected a share above 0"):
         around(SRGB(), share)
 
 

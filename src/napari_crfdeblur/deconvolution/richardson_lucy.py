@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame, periodic_shape
 from ..fourier import convolving, correlating, kept_otf
@@ -17,6 +17,7 @@ from .damping import smoothed, undamped
 from .noise import PlaneStatistics, measure
 from .share import share_inside, share_without
 
+STRONGEST = 1e3  # damping, that keeps everything as it was recorded
 CHOICE = 3  # steps after which it is looked again which clipped pixels the scene exceeds
 
 
@@ -51,16 +52,11 @@ class RichardsonLucy(Deconvolver):
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise ValueError(f"expected at least 1 iteration, got {self.iterations}")
-        if not 0 <= self.total_variation <= 0.1:
-            raise ValueError(
-                f"expected a weight of total variation of 0 to 0.1, got {self.total_variation}"
-            )
-        if not 0 <= self.damping < np.inf:
-            raise ValueError(
-                f"expected damping of 0 or more standard deviations, got {self.damping}"
-            )
+        arguments.steps(self.iterations, "a number of iterations")
+        what = "a weight of total variation"
+        arguments.number(self.total_variation, what, least=0, most=0.1)
+        what = "damping in standard deviations"
+        arguments.number(self.damping, what, least=0, most=STRONGEST)
 
     @property
     def reach(self) -> float:
@@ -83,7 +79,8 @@ class RichardsonLucy(Deconvolver):
         reports = (Progress("Richardson-Lucy", done, total) for done in range(total + 1))
         yield next(reports)
         restraint = Restraint(self.total_variation, self.damping, statistics or measure(plane))
-        scene = yield from restoring(plane, psf, clipped, self.iterations, reports, restraint)
+        light = _light(plane)
+        scene = yield from restoring(light, psf, clipped, self.iterations, reports, restraint)
         result: FloatArray = arrays.contiguous(scene[frame(plane.shape)])
         return result
 
@@ -163,6 +160,12 @@ def restoring(
         _multiply(sharp, correction, restraint.smooth(share, sharp) if restraint else share)
         yield (at := next(reports))
     return sharp
+
+
+def _light(plane: FloatArray) -> FloatArray:
+    """The plane, its negative values as zero: there is no less light than none."""
+    xp = arrays.namespace(plane)
+    return arrays.raised(plane, 0.0) if float(xp.min(plane)) < 0 else plane
 
 
 def _tiny(plane: FloatArray) -> float:

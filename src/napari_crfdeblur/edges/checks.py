@@ -15,6 +15,7 @@ LEAST_CONTRAST = 0.03  # 8 steps of 8 bit: below, rounding bends the profile
 LEAST_LENGTH = 12.0  # pixels along an edge that are averaged
 LEAST_RATIO = 0.8  # of length and width of an edge
 SPARE = 2.0  # pixels: what sampling adds to the width of a transition
+NOTHING = 1e-12  # contrast that is none: rounding
 CLIP = 1.5 / 255  # distance from the ends of the range at which a pixel counts as clipped
 CLIPPED_SHARE = 0.08  # of the pixels of a side
 DRAWDOWN = 0.03  # largest fall of a rising profile, in units of its contrast
@@ -128,7 +129,8 @@ def check_blocks(
     length = max(4.0, 0.25 * (transition.last - transition.first), strip.spacing * quiet)
     number = int(np.clip(strip.spacing * len(along) / length, 4, 24))
     places, means = blocks(along, values, number)
-    noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / transition.contrast
+    contrast = max(transition.contrast, NOTHING)
+    noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / contrast
     return places, judge_blocks(means, transition, noise)
 
 

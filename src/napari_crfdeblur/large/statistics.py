@@ -7,17 +7,19 @@ from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
+from array_api_compat import is_dask_array
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
 from ..deconvolution.varying import JUDGED, measuring_misfit
 from ..progress import Progress, drain
-from ..psf import PsfField
+from ..psf import PsfField, as_psf
 from ..psf.misfit import evenly, misfit
-from ..response import Response
+from ..response import Response, ResponseCurve
 from .recipe import PsfOrField, clipped_in, in_light
-from .sources import Source
+from .sources import KINDS, Source
 from .windows import pieces
 
 if TYPE_CHECKING:
@@ -52,6 +54,10 @@ def measure_large(
     CrfDeblurError
         Pixels that are not finite or outside [0, 1].
     """
+    check_source(photo, curve)
+    arguments.instance(channels, bool, "whether the last axis has the colors")
+    if psf is not None and not isinstance(psf, PsfField):
+        psf = as_psf(arguments.addable(psf, "a PSF"))
     patches = [_Patch.of(place, part, curve, channels) for place, part in _parts(photo, channels)]
     light = np.concatenate([patch.light for patch in patches])
     found = []
@@ -61,6 +67,15 @@ def measure_large(
         planes = [replace(patch, light=patch.light[own], lost=patch.lost[own]) for patch in patches]
         found.append(replace(statistics, misfit=_unexplained(planes, psf)))
     return tuple(found)
+
+
+def check_source(photo: "Source | Image | Array", curve: Response) -> None:
+    """Raise ValueError unless this is a photo or stack of any kind, and its response."""
+    known = isinstance(photo, (Source, np.ndarray)) or is_dask_array(photo)
+    if not known or photo.dtype not in KINDS or len(photo.shape) < PLANE:
+        raise arguments.refusal("a file, a source, or an array of uint8, uint16 or float", photo)
+    if not isinstance(curve, ResponseCurve):
+        arguments.instances(curve, ResponseCurve, "a response curve, or one for each channel")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

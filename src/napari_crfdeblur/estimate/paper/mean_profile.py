@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Job
@@ -29,6 +30,9 @@ class MeanProfile(ResponseFit):
     """
 
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def __post_init__(self) -> None:
+        arguments.instance(self.polynomial, PolynomialFit, "a PolynomialFit")
 
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: see :class:`ResponseFit`."""

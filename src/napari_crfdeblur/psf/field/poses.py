@@ -6,6 +6,7 @@ from math import ceil
 import numpy as np
 from scipy import sparse
 
+from ... import arguments
 from ..._typing import FloatArray
 
 STEP = 1.0  # pixel that the farthest part moves from one turn to the next
@@ -30,10 +31,16 @@ class Poses:
     times: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("turns", "times"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+        for name, axes in (("turns", 1), ("times", 3)):
+            values = arguments.kept(getattr(self, name), name, axes=(axes,))
             object.__setattr__(self, name, values)
+        count, rows, columns = self.times.shape
+        if count != len(self.turns) or rows != columns or rows % 2 == 0:
+            raise ValueError(
+                f"expected times of shape ({len(self.turns)}, S, S), S odd, got {self.times.shape}"
+            )
+        if self.times.min() < 0 or not 0 < self.times.sum() < np.inf:
+            raise ValueError("expected times of at least 0, some of them above, of a finite sum")
 
     @property
     def spread(self) -> float:
