@@ -102,7 +102,7 @@ def _finite(value: Any) -> bool:
 def _within(least: float, above: float, most: float, below: float) -> str:
     """Bounds in words."""
     bounds = ((" of at least", least), (" above", above), (" at most", most), (" below", below))
-    return " and".join(f"{word} {bound:g}" for word, bound in bounds if abs(bound) < inf)
+    return " and".join(f"{word} {bound:.9g}" for word, bound in bounds if abs(bound) < inf)
 
 
 def numbers(
@@ -147,10 +147,11 @@ def array(
         found: Any = values if array_api_compat.is_array_api_obj(values) else np.asarray(values)
     except (TypeError, ValueError):  # numpy cannot make an array of it
         raise refusal(what, values) from None
-    if not kind_of(found).startswith(tuple(kinds)) or (axes and found.ndim not in axes):
-        raise refusal(what, found if np.ndim(values) else values)
+    fits = kind_of(found).startswith(tuple(kinds)) and (not axes or found.ndim in axes)
+    if not fits or isinstance(found, np.ma.MaskedArray):  # whose masks most functions forget
+        raise refusal(what, values if found.ndim == 0 else found)
     if finite and not is_finite(found):
-        raise ValueError(f"expected {what}, all finite, got some that are NaN or infinite")
+        raise ValueError(f"expected finite values of {what}, got some that are NaN or infinite")
     return found
 
 

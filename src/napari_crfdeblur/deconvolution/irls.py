@@ -61,9 +61,8 @@ class SparseIrls(Regularized):
         Regularized.__post_init__(self)
         arguments.number(self.exponent, "an exponent", above=0, below=2)
         arguments.steps(self.iterations, "a number of iterations")
-        arguments.steps(
-            self.steps, "a number of steps", most=arguments.MOST_STEPS / self.iterations
-        )
+        most = arguments.MOST_STEPS // self.iterations
+        arguments.steps(self.steps, "a number of steps", most=most)
 
     def run(
         self,

@@ -8,8 +8,8 @@ from .._typing import BoolArray, FloatArray
 from .base import Deconvolver
 from .noise import PlaneStatistics, measure
 
-# Weight of a prior that tells nothing, even in double precision; its inverse leaves nothing else.
-FAINTEST = 1e-15
+# Weights of a prior that tells nothing, even in double precision, and of one that leaves nothing.
+FAINTEST, STRONGEST = 1e-15, 1e15
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +34,7 @@ class Regularized(Deconvolver):
 
     def __post_init__(self) -> None:
         if self.weight is not None:
-            arguments.number(self.weight, "a weight", least=FAINTEST, most=1 / FAINTEST)
+            arguments.number(self.weight, "a weight", least=FAINTEST, most=STRONGEST)
         if self.model_error is not None:
             arguments.number(self.model_error, "a model error", least=0, below=1)
 

@@ -17,6 +17,7 @@ from .damping import smoothed, undamped
 from .noise import PlaneStatistics, measure
 from .share import share_inside, share_without
 
+FAINTEST = 1e-6  # damping, in standard deviations, that any noise exceeds
 STRONGEST = 1e3  # damping, that keeps everything as it was recorded
 CHOICE = 3  # steps after which it is looked again which clipped pixels the scene exceeds
 
@@ -103,7 +104,7 @@ class Restraint:
 
     def damp(self, plane: FloatArray, predicted: FloatArray) -> FloatArray | None:
         """Share of its correction that every pixel keeps; None if all do."""
-        if self.damping == 0:
+        if self.damping < FAINTEST:
             return None
         return undamped(plane, predicted, self.statistics, self.damping)
 

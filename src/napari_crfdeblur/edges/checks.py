@@ -150,7 +150,7 @@ def averaging(rows: int, number: int) -> FloatArray:
 
 def judge_blocks(means: FloatArray, transition: Transition, noise: float) -> list[EdgeStatus]:
     """Status of each block's mean profiles, shape (C, B, D); noise in units of contrast."""
-    weights, contrast = transition.weights, transition.contrast
+    weights, contrast = transition.weights, max(transition.contrast, NOTHING)
     reference = median(means, axis=1)
     shift = matched(colorless(means, weights), weights @ reference)
     residual = (means - reference[:, None]) / contrast
@@ -208,7 +208,8 @@ def sagitta(strip: Strip, transition: Transition, first: float, last: float) -> 
     solution = np.linalg.solve(design @ design.T, design @ shift)
     # Of the coefficient of t^2 over [-1, 1]: 45 / 4 times the variance of the mean shift.
     slope = slopes(mean)
-    error = 2 * transition.noise * sqrt(45 / 4 / (rows * float(slope @ slope)))
+    steepness = max(float(slope @ slope), NOTHING**2)
+    error = 2 * transition.noise * sqrt(45 / 4 / (rows * steepness))
     return max(abs(float(solution[2])) - error, 0.0)
 
 

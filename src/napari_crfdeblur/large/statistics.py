@@ -72,7 +72,7 @@ def measure_large(
 def check_source(photo: "Source | Image | Array", curve: Response) -> None:
     """Raise ValueError unless this is a photo or stack of any kind, and its response."""
     known = isinstance(photo, (Source, np.ndarray)) or is_dask_array(photo)
-    if not known or photo.dtype not in KINDS or len(photo.shape) < PLANE:
+    if not known or photo.dtype not in KINDS or len(photo.shape) < PLANE or 0 in photo.shape:
         raise arguments.refusal("a file, a source, or an array of uint8, uint16 or float", photo)
     if not isinstance(curve, ResponseCurve):
         arguments.instances(curve, ResponseCurve, "a response curve, or one for each channel")

@@ -39,8 +39,8 @@ def project(psf: FloatArray, angle: float, positions: ArrayLike) -> FloatArray:
     ndarray
         ``s(x)``, the shape of `positions`.
     """
-    psf = arguments.array(psf, "a PSF (H, W)", axes=(2,), finite=True)
-    arguments.number(angle, "an angle in radians")
+    psf = arguments.array(arguments.addable(psf, "a PSF"), "a PSF (H, W)", axes=(2,), finite=True)
+    angle = float(arguments.number(angle, "an angle in radians"))
     positions = arguments.array(positions, "positions", finite=True)
     normal = np.array([np.sin(angle), np.cos(angle)])
     rows, columns = np.nonzero(psf)

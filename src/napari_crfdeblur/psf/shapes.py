@@ -27,7 +27,7 @@ def line(length: float, angle: float) -> FloatArray:
     ``k(u) = 1 / length`` for ``u = t (sin angle, cos angle)``, ``|t| <= length / 2``.
     """
     arguments.number(length, "a length in pixels", least=0, most=LARGEST)
-    arguments.number(angle, "an angle in radians")
+    angle = float(arguments.number(angle, "an angle in radians"))
     path = length * np.outer(_middles(length) - 0.5, [np.sin(angle), np.cos(angle)])
     return render(path, np.ones(len(path)))
 

@@ -81,7 +81,7 @@ def tuned(base: ResponseCurve, offsets: Sequence[float] = (), gamma: float = 1.0
         As of :class:`Tuned`, which keeps the offsets as they are after shrinking.
     """
     arguments.instance(base, ResponseCurve, "a response curve to tune")
-    offsets = arguments.numbers(offsets, "offsets", least=-LARGEST, most=LARGEST)
+    offsets = arguments.numbers(offsets, "offsets")
     spare = (1 - LEAST_SLOPE) * np.diff(base.to_intensity(IRRADIANCE))
     fall = -np.diff(_offset(offsets))
     falls = fall > 0

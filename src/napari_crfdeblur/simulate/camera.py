@@ -14,6 +14,7 @@ from ..response import ResponseCurve, reapply
 from .motion import CameraMotion
 from .scenes import Scene, TrueEdge
 
+MOST_PHOTONS = 1e30  # that single precision holds; infinity stands for more
 NOISIEST = 1e6  # noise in irradiance, beside which no light is seen
 
 
@@ -48,7 +49,7 @@ class Camera:
         arguments.instance(self.response, ResponseCurve, "a response curve")
         arguments.number(self.noise, "noise", least=0, most=NOISIEST)
         if not (isinstance(self.photons, float) and self.photons == inf):
-            arguments.number(self.photons, "a number of photons", least=1 / NOISIEST)
+            arguments.number(self.photons, "photons", least=1 / NOISIEST, most=MOST_PHOTONS)
         if self.bits is not None and arguments.whole(self.bits, "8 or 16 bits") not in (8, 16):
             raise ValueError(f"expected 8 or 16 bits or None, got {self.bits}")
         if self.jpeg is not None:

@@ -187,7 +187,10 @@ def _random_light(case: ProfileCase, rng: Generator) -> tuple[FloatArray, FloatA
     """Irradiance of the profiles of one group, shape (J, M), and of their sides, (J, 2)."""
     position = np.arange(case.samples) - (case.samples - 1) / 2
     displacement = random_displacement(rng, rng.uniform(0.5, 0.9) * (case.samples - 2))
-    sides = case.levels(rng, case.profiles)
+    what = f"levels of two sides of {case.profiles} profiles"
+    sides = arguments.array(case.levels(rng, case.profiles), what, axes=(2,), finite=True)
+    if sides.shape != (case.profiles, 2):
+        raise arguments.refusal(what, sides)
     falls = rng.permutation(case.profiles) < round(case.falling * case.profiles)
     sides = np.where(falls[:, np.newaxis], sides[:, ::-1], sides)
     shapes = np.tile(edge_shape(position, displacement), (case.profiles, 1))
