@@ -46,7 +46,7 @@ LONGEST = 300  # characters of a message
 FEWER = {simulate.street: 4}  # which takes a second
 DRAWN = 24  # of the wrong values, for each argument: some 6000 calls in all
 STAGES = (package, response, edges, profiles, psf, estimate, deconvolution, simulate)
-# Whole paths, which the tests of the pipeline try, and what is tried by the verbs that take it.
+# Whole paths, which the tests of the pipeline try, names of types, and results.
 ELSEWHERE = {
     "DeblurOptions",
     "Deblurred",
@@ -57,6 +57,7 @@ ELSEWHERE = {
     "estimate_psf_from_profiles",
     "estimate_responses",
     "PerChannel",
+    "Point",
     "Response",
     "Responses",
     "Simulated",

@@ -56,6 +56,8 @@ def measure_large(
     """
     check_source(photo, curve)
     arguments.instance(channels, bool, "whether the last axis has the colors")
+    if len(photo.shape) < PLANE + channels or 0 in photo.shape:
+        raise arguments.refusal("a photo or stack with pixels", photo)
     if psf is not None and not isinstance(psf, PsfField):
         psf = as_psf(arguments.addable(psf, "a PSF"))
     patches = [_Patch.of(place, part, curve, channels) for place, part in _parts(photo, channels)]
@@ -72,8 +74,8 @@ def measure_large(
 def check_source(photo: "Source | Image | Array", curve: Response) -> None:
     """Raise ValueError unless this is a photo or stack of any kind, and its response."""
     known = isinstance(photo, (Source, np.ndarray)) or is_dask_array(photo)
-    if not known or photo.dtype not in KINDS or len(photo.shape) < PLANE or 0 in photo.shape:
-        raise arguments.refusal("a file, a source, or an array of uint8, uint16 or float", photo)
+    if not known or photo.dtype not in KINDS:
+        raise arguments.refusal("an image of uint8, uint16 or float, a file or array of it", photo)
     if not isinstance(curve, ResponseCurve):
         arguments.instances(curve, ResponseCurve, "a response curve, or one for each channel")
 
