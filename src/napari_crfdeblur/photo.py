@@ -1,12 +1,16 @@
 """What a photo is: its kinds, its full scale, and how numbers come back as a photo."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import DTypeLike
 
+from . import arguments
 from ._typing import FloatArray, Image
 from .errors import CrfDeblurError
 
 ALPHA = 4  # channels of RGBA
+KINDS = (np.uint8, np.uint16, np.float16, np.float32, np.float64)
 
 
 def full_scale(photo: Image) -> float:
@@ -65,9 +69,25 @@ def check_values(pixels: Image) -> tuple[float, float]:
 
 def check_image(image: Image) -> None:
     """Raise ValueError unless this is a 2-D or color image of a kind we work with."""
+    arguments.instance(image, np.ndarray, "an image as an array of numpy")
     if image.ndim != 2 and not (image.ndim == 3 and image.shape[2] in (3, ALPHA)):
         raise ValueError(f"expected an image (M, N), (M, N, 3) or (M, N, 4), got {image.shape}")
-    if image.dtype not in (np.uint8, np.uint16, np.float32, np.float64, np.float16):
+    _check_kind(image)
+
+
+def photo_kind(dtype: DTypeLike) -> np.dtype[Any]:
+    """Data type of a photo; ValueError for any but uint8, uint16 and floats."""
+    try:
+        kind = np.dtype(dtype)
+    except (TypeError, ValueError, SyntaxError):  # numpy reads some strings as a program's
+        kind = np.dtype(object)
+    if dtype is None or kind not in KINDS:
+        raise arguments.refusal("a photo of uint8, uint16 or float", dtype)
+    return kind
+
+
+def _check_kind(image: Image) -> None:
+    if image.dtype not in KINDS:
         raise ValueError(f"expected an image of uint8, uint16 or float, got {image.dtype}")
 
 
@@ -83,6 +103,8 @@ def planes(photo: Image) -> list[Image]:
 
 def to_unit(photo: Image) -> FloatArray:
     """Intensity in [0, 1], float32 unless the photo is float64; the shape of `photo`."""
+    _check_kind(arguments.instance(photo, np.ndarray, "a photo as an array of numpy"))
+    arguments.check_pixels(photo)
     if photo.dtype.kind == "f":
         return photo.astype(np.float32 if photo.dtype != np.float64 else np.float64, copy=False)
     return np.multiply(photo, np.float32(1 / full_scale(photo)), dtype=np.float32)
@@ -90,10 +112,15 @@ def to_unit(photo: Image) -> FloatArray:
 
 def from_unit(intensity: FloatArray, dtype: DTypeLike) -> Image:
     """Intensity as a photo of kind `dtype`: clipped to [0, 1], scaled and rounded."""
-    dtype = np.dtype(dtype)
-    clipped = np.clip(intensity, 0, 1)
+    dtype = photo_kind(dtype)
+    intensity = arguments.array(intensity, "intensity as an array of floats", kinds=("float",))
+    if np.isnan(intensity).any():
+        raise CrfDeblurError("the image has pixels that are not a number (NaN); replace them first")
+    clipped = np.asarray(np.clip(intensity, 0, 1))
     if dtype.kind == "f":
         return clipped.astype(dtype, copy=False)
+    if clipped.dtype == np.float16:  # which does not hold 65535
+        clipped = clipped.astype(np.float32)
     clipped *= np.iinfo(dtype).max
     return np.rint(clipped, out=clipped).astype(dtype)
 

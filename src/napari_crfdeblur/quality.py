@@ -3,6 +3,7 @@
 import numpy as np
 from scipy import ndimage, signal
 
+from . import arguments
 from ._typing import BoolArray, FloatArray, Image
 from .errors import CrfDeblurError
 from .photo import check_image, color, luminance, to_unit
@@ -31,7 +32,8 @@ def response_error(
     float
         In units of the true irradiance, 0 to 1.
     """
-    low, high = covered
+    check_curves(curve, truth)
+    low, high = arguments.numbers(covered, "a range (low, high)", count=2)
     if not 0 <= low < high <= 1:
         raise ValueError(f"expected a range within [0, 1], got {low} to {high}")
     intensity = np.linspace(low, high, STEPS)
@@ -47,9 +49,26 @@ def response_error_full(curve: ResponseCurve, truth: ResponseCurve) -> tuple[flo
 
     This counts the part of the curve that no edge has shown, too.
     """
+    check_curves(curve, truth)
     intensity = np.linspace(0, 1, STEPS)
     error = curve.to_irradiance(intensity) - truth.to_irradiance(intensity)
     return _rms(error), float(np.abs(error).max())
+
+
+def check_curves(*curves: ResponseCurve) -> None:
+    """Raise ValueError unless these are response curves."""
+    arguments.instances(curves, ResponseCurve, "a response curve")
+
+
+def check_images(*images: Image) -> None:
+    """Refuse what are no images of one shape, or not finite."""
+    for image in images:
+        check_image(image)
+        arguments.check_pixels(image)
+    if images[0].shape != images[1].shape:
+        raise ValueError(
+            f"expected images of one shape, got {images[0].shape} and {images[1].shape}"
+        )
 
 
 def psnr(image: Image, truth: Image, *, border: int = 16) -> float:
@@ -110,10 +129,8 @@ def aligned(image: Image, truth: Image, *, border: int = 16) -> tuple[FloatArray
     tuple of ndarray, shape (M - 2 border, N - 2 border) or (..., 3)
         Intensity of the shifted image and of the truth, float64.
     """
-    check_image(image)
-    check_image(truth)
-    if image.shape != truth.shape:
-        raise ValueError(f"expected images of one shape, got {image.shape} and {truth.shape}")
+    check_images(image, truth)
+    arguments.whole(border, "a border in pixels")
     if border < 0 or min(image.shape[:2]) < 2 * border + 8:
         raise ValueError(f"expected a border that leaves 8 pixels of {image.shape}, got {border}")
     moving, fixed = (to_unit(color(i)).astype(np.float64) for i in (image, truth))
@@ -143,9 +160,7 @@ def kernel_similarity(a: FloatArray, b: FloatArray) -> float:
     float
         1 for the same shape, 0 for shapes that never meet.
     """
-    a, b = np.asarray(a, dtype=np.float64), np.asarray(b, dtype=np.float64)
-    if a.ndim != 2 or b.ndim != 2 or not (a.any() and b.any()):
-        raise ValueError(f"expected two PSFs that are not zero, got {a.shape} and {b.shape}")
+    a, b = (_scaled(arguments.kept(each, "two PSFs (H, W)", axes=(2,))) for each in (a, b))
     peak = signal.correlate(a, b, method="fft").max()
     return float(np.clip(peak / (np.linalg.norm(a) * np.linalg.norm(b)), 0, 1))
 
@@ -179,10 +194,8 @@ def ringing(restored: Image, blurred: Image, *, extent: int = 31) -> float:
     CrfDeblurError
         No isolated edge.
     """
-    if restored.shape != blurred.shape:
-        raise ValueError(f"expected images of one shape, got {restored.shape} and {blurred.shape}")
-    if extent < 1:
-        raise ValueError(f"expected an extent of at least 1 pixel, got {extent}")
+    check_images(restored, blurred)
+    arguments.whole(extent, "an extent in pixels", least=1, most=max(1, *blurred.shape[:2]))
     window = 2 * extent + 1
     rise = _gradient(luminance(blurred))
     net, path = _window_mean(rise, window), _window_mean(np.hypot(*rise), window)
@@ -196,7 +209,17 @@ def ringing(restored: Image, blurred: Image, *, extent: int = 31) -> float:
     # The direction varies slowly: that of the middle of a window serves all its pixels.
     across = (direction * slopes).sum(axis=0)
     step = np.abs(_window_mean(across, window))[isolated].sum()
+    if step == 0:
+        raise CrfDeblurError("the deblurred image is even where the blurred one has edges")
     return float(_window_mean(np.abs(across), window)[isolated].sum() / step - 1)
+
+
+def _scaled(psf: FloatArray) -> FloatArray:
+    """A PSF over the power of two next to its peak, so that no square leaves the floats."""
+    peak = np.abs(psf).max(initial=0.0)
+    if peak == 0:
+        raise ValueError("expected two PSFs that are not zero, got one that is")
+    return np.ldexp(psf, -int(np.frexp(peak)[1]))
 
 
 def _rms(values: FloatArray) -> float:

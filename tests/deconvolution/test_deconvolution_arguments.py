@@ -89,7 +89,7 @@ def test_an_exponent_must_be_in_its_range(method, exponent):
     ],
 )
 def test_there_must_be_work_to_do(method, field):
-    with pytest.raises(ValueError, match="expected at least 1"):
+    with pytest.raises(ValueError, match="at least 1"):
         method(**{field: 0})
 
 

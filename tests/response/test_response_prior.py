@@ -39,7 +39,7 @@ def covariance(prior):
     ("wrong", "message"),
     [
         ({"mean": NODES[:-1]}, r"finite mean at 513 .* got shape \(512,\)"),
-        ({"mean": np.where(NODES == 0.25, np.nan, NODES)}, "finite mean"),
+        ({"mean": np.where(NODES == 0.25, np.nan, NODES)}, "finite values of mean"),
         ({"mean": NODES[np.newaxis]}, "one mean curve"),
         ({"mean": 0.9 * NODES}, "increases strictly from 0 to 1"),
         ({"mean": 0.1 + 0.9 * NODES}, "increases strictly from 0 to 1"),
@@ -47,7 +47,7 @@ def covariance(prior):
         ({"mean": NODES[::-1]}, "increases strictly from 0 to 1"),
         ({"directions": np.zeros((2, 512))}, "finite directions at 513"),
         ({"directions": np.zeros(513)}, r"shape \(n, 513\)"),
-        ({"directions": np.full((1, 513), np.inf)}, "finite directions"),
+        ({"directions": np.full((1, 513), np.inf)}, "finite values of directions"),
         ({"directions": np.sqrt(NODES)[np.newaxis]}, "leave both ends"),
         ({"directions": 1 - NODES[np.newaxis]}, "leave both ends"),
     ],
@@ -217,7 +217,7 @@ def test_a_family_around_the_mean_of_dorf_with_its_spread_is_that_of_dorf():
 
 @pytest.mark.parametrize("share", [0, -0.1, float("nan")])
 def test_a_family_without_spread_is_refused(share):
-    with pytest.raises(ValueError, match="expected a positive share"):
+    with pytest.raises(ValueError, match="expected a share above 0"):
         around(SRGB(), share)
 
 

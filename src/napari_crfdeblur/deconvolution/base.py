@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from typing import ClassVar
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, drain
@@ -61,7 +61,9 @@ def deconvolving(
     clipped: BoolArray | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve`: reports progress, can be stopped."""
-    linear, psf = arrays.as_array(linear), as_psf(psf)
+    linear = arguments.array(linear, "a linear image of float32 or float64")
+    psf = as_psf(arguments.addable(psf, "a PSF"))
+    check_method(method)
     _check_image(linear, psf)
     clipped = _checked(clipped, linear)
     if linear.ndim == psf.ndim:
@@ -78,6 +80,7 @@ def _checked(clipped: BoolArray | None, linear: FloatArray) -> BoolArray | None:
     """Clipped pixels as they can be worked with; None if there are none."""
     if clipped is None:
         return None
+    clipped = arguments.array(clipped, "clipped pixels as bool")
     if clipped.shape != linear.shape or arrays.dtype_name(clipped) != "bool":
         raise ValueError(
             f"expected clipped pixels as bool of shape {tuple(linear.shape)}, "
@@ -94,9 +97,11 @@ def deconvolving_slices(
     clipped: BoolArray | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve_slices`: reports progress, can be stopped."""
-    stack = arrays.as_array(stack)
+    stack = arguments.array(stack, "a stack of float32 or float64")
     if stack.ndim not in (3, 4) or stack.shape[0] == 0:
         raise ValueError(f"expected a stack (Z, M, N) or (Z, M, N, C), got {tuple(stack.shape)}")
+    if clipped is not None:
+        clipped = arguments.array(clipped, "clipped pixels as bool")
     if clipped is not None and clipped.shape != stack.shape:
         raise ValueError(
             f"expected clipped pixels of shape {tuple(stack.shape)}, got {tuple(clipped.shape)}"
@@ -161,11 +166,12 @@ def _check_image(linear: FloatArray, psf: FloatArray) -> None:
             f"the PSF, {_size(psf.shape)} pixels, is larger than the image, "
             f"{_size(linear.shape[:axes])}; give a smaller PSF or a larger image"
         )
-    xp = arrays.namespace(linear)
-    if not bool(xp.all(xp.isfinite(linear))):
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
+    arguments.check_pixels(linear)
+
+
+def check_method(method: Deconvolver) -> None:
+    """Raise ValueError unless this is a method of deconvolution."""
+    arguments.instance(method, Deconvolver, "a method of deconvolution, such as Wiener(),")
 
 
 def _size(shape: tuple[int, ...]) -> str:
@@ -202,6 +208,7 @@ def deconvolve(
     Raises
     ------
     CrfDeblurError
-        A PSF that is no PSF or larger than the image; an image that is not finite.
+        A PSF that is no PSF or larger than the image; an image that is not finite, or has values
+        above 1e9.
     """
     return drain(deconvolving(linear, psf, method, clipped=clipped))

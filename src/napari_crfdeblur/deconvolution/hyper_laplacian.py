@@ -5,7 +5,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame
 from ..fourier import gradient_power, laplacian_power
@@ -18,6 +18,7 @@ from .regularized import Regularized
 from .splitting import solving
 
 GROWTH = 2 * 2**0.5  # of the coupling from stage to stage, as in the paper
+MOST_STAGES = 30  # after which no gradient is shrunk, and the coupling is still a float
 TABLE_SIZE = 1 << 13
 TABLE_SPAN = 32  # thresholds: above it shrinkage takes less than half a percent
 
@@ -55,12 +56,10 @@ class HyperLaplacian(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        if not 0 < self.exponent < 1:
-            raise ValueError(f"expected an exponent between 0 and 1, got {self.exponent}")
-        if self.stages < 1 or self.steps < 1:
-            raise ValueError(
-                f"expected at least 1 stage of 1 step, got {self.stages} of {self.steps}"
-            )
+        arguments.number(self.exponent, "an exponent", above=0, below=1)
+        arguments.steps(self.stages, "a number of stages", most=MOST_STAGES)
+        most = arguments.MOST_STEPS // self.stages
+        arguments.steps(self.steps, "a number of steps", most=most)
 
     def run(
         self,

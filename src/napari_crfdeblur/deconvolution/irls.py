@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import extending, frame
 from ..fourier import forward, gradient_power, inverse, laplacian_power
@@ -59,12 +59,10 @@ class SparseIrls(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        if not 0 < self.exponent < 2:
-            raise ValueError(f"expected an exponent between 0 and 2, got {self.exponent}")
-        if self.iterations < 1 or self.steps < 1:
-            raise ValueError(
-                f"expected at least 1 iteration of 1 step, got {self.iterations} of {self.steps}"
-            )
+        arguments.number(self.exponent, "an exponent", above=0, below=2)
+        arguments.steps(self.iterations, "a number of iterations")
+        most = arguments.MOST_STEPS // self.iterations
+        arguments.steps(self.steps, "a number of steps", most=most)
 
     def run(
         self,

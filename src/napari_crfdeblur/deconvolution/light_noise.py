@@ -5,7 +5,7 @@ from math import prod
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import FloatArray
 
 SAMPLES = 1 << 16  # enough for .5 % of the noise level
@@ -13,6 +13,7 @@ LEVELS = 16  # of light, equally many pixels in each
 FEWEST = 200  # pixels of a level, for 10 % of its noise level
 TRUSTED = 0.2  # share by which the variance of a level errs; those that err more hardly count
 REWEIGHTINGS = 8
+LARGEST = 1e30  # variance: single precision holds it
 LEAST = 0.02  # share of the mean variance that the noise of no pixel falls below
 
 
@@ -45,10 +46,8 @@ class LightNoise:
     def __post_init__(self) -> None:
         values = {"gain": self.gain, "least": self.least, "mean": self.mean}
         for name, value in values.items():
-            if not 0 <= value < np.inf:
-                raise ValueError(f"expected a finite {name} of 0 or more, got {value}")
-        if not np.isfinite(self.offset):
-            raise ValueError(f"expected a finite offset, got {self.offset}")
+            arguments.number(value, f"a finite {name}", least=0, most=LARGEST)
+        arguments.number(self.offset, "a finite offset", least=-LARGEST, most=LARGEST)
 
     @property
     def level(self) -> float:
@@ -80,7 +79,7 @@ def fit_noise(plane: FloatArray) -> LightNoise:
     LightNoise
         In the unit of the plane, squared.
     """
-    light, detail = _light_and_detail(plane)
+    light, detail = _light_and_detail(check_plane(plane))
     count = min(LEVELS, len(light) // FEWEST)
     if count == 0:
         variance = _variance(detail)
@@ -91,6 +90,15 @@ def fit_noise(plane: FloatArray) -> LightNoise:
     ]
     centers, variances = np.array(levels).T
     return _line(centers, variances)
+
+
+def check_plane(plane: FloatArray) -> FloatArray:
+    """A plane or volume as an array of some library; refused unless of floats, all finite."""
+    plane = arguments.array(plane, "a plane of floats", axes=(2, 3), kinds=("float",))
+    if 0 in plane.shape:
+        raise arguments.refusal("a plane with pixels", plane)
+    arguments.check_pixels(plane)
+    return plane
 
 
 def _light_and_detail(plane: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -9,7 +9,7 @@ from typing import Any
 import array_api_compat
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame
 from ..fourier import gradient_power
@@ -69,8 +69,7 @@ class LocalShrinkage(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        if self.stages < 2:
-            raise ValueError(f"expected at least 2 stages, got {self.stages}")
+        arguments.steps(self.stages, "a number of stages", least=2)
 
     def run(
         self,

@@ -2,13 +2,15 @@
 
 from dataclasses import dataclass
 from math import prod
+from types import NoneType
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
+from ..psf.base import as_psf
 from ..psf.misfit import misfit
-from .light_noise import LightNoise, fit_noise
+from .light_noise import LightNoise, check_plane, fit_noise
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
 LEAST_NOISE = 5e-3  # of the contrast: with less, all methods ring even where all is known
@@ -19,6 +21,7 @@ COLORED = 3.0
 # Of the contrast: what single precision adds in the transforms. Less is never reckoned with, not
 # even in a picture without noise, since a weight of zero would divide by zero.
 ROUNDING = 1e-5
+SMALLEST = 1e-30  # contrast: single precision holds it and its inverse
 
 
 def noise_level(plane: FloatArray) -> float:
@@ -34,6 +37,7 @@ def noise_level(plane: FloatArray) -> float:
     plane : ndarray, shape (M, N) or (Z, M, N)
         Any unit, which is the unit of the result. Of large planes only some rows are used.
     """
+    plane = check_plane(plane)
     if min(plane.shape[-2:]) < 3:
         return 0.0
     every = _every(plane)
@@ -88,10 +92,12 @@ class PlaneStatistics:
     misfit: float | None = None
 
     def __post_init__(self) -> None:
-        if not 0 <= self.noise < np.inf:
-            raise ValueError(f"expected a finite noise level of 0 or more, got {self.noise}")
-        if not 0 < self.contrast < np.inf:
-            raise ValueError(f"expected a finite contrast above 0, got {self.contrast}")
+        arguments.number(self.noise, "a finite noise level", least=0, most=1 / SMALLEST)
+        what = "a finite contrast above 0"
+        arguments.number(self.contrast, what, least=SMALLEST, most=1 / SMALLEST)
+        arguments.instance(self.model, (LightNoise, NoneType), "a LightNoise or None")
+        if self.misfit is not None:
+            arguments.number(self.misfit, "a misfit", least=0, most=1 / SMALLEST)
 
     def relative_noise(self, model_error: float | None = None) -> float:
         """Noise level that is reckoned with, as a fraction of the contrast.
@@ -125,6 +131,12 @@ def measure(
     clipped : ndarray of bool, the shape of `plane`, optional
         True where the camera saturated: the misfit is not measured there.
     """
+    plane = check_plane(plane)
+    psf = None if psf is None else as_psf(arguments.addable(psf, "a PSF"))
+    if clipped is not None:
+        clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
+    if clipped is not None and clipped.shape != plane.shape:
+        raise arguments.refusal(f"clipped pixels of shape {tuple(plane.shape)}", clipped)
     model = fit_noise(plane)
     lost = None if clipped is None else [clipped]
     unexplained = None if psf is None else misfit([plane], psf, lost)

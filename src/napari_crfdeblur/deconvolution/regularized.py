@@ -3,11 +3,13 @@
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
+from .. import arguments
 from .._typing import BoolArray, FloatArray
 from .base import Deconvolver
 from .noise import PlaneStatistics, measure
+
+# Weights of a prior that tells nothing, even in double precision, and of one that leaves nothing.
+FAINTEST, STRONGEST = 1e-15, 1e15
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +33,10 @@ class Regularized(Deconvolver):
     model_error: float | None = None
 
     def __post_init__(self) -> None:
-        if self.weight is not None and not 0 < self.weight < np.inf:
-            raise ValueError(f"expected a weight above 0 or None, got {self.weight}")
-        if self.model_error is not None and not 0 <= self.model_error < 1:
-            raise ValueError(
-                f"expected a model error of 0 or more, below 1, or None, got {self.model_error}"
-            )
+        if self.weight is not None:
+            arguments.number(self.weight, "a weight", least=FAINTEST, most=STRONGEST)
+        if self.model_error is not None:
+            arguments.number(self.model_error, "a model error", least=0, below=1)
 
     def judge(
         self,

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame, periodic_shape
 from ..fourier import convolving, correlating, kept_otf
@@ -17,6 +17,8 @@ from .damping import smoothed, undamped
 from .noise import PlaneStatistics, measure
 from .share import share_inside, share_without
 
+FAINTEST = 1e-6  # damping, in standard deviations, that any noise exceeds
+STRONGEST = 1e3  # damping, that keeps everything as it was recorded
 CHOICE = 3  # steps after which it is looked again which clipped pixels the scene exceeds
 
 
@@ -27,8 +29,9 @@ class RichardsonLucy(Deconvolver):
     Richardson (1972) and Lucy (1974); `k'` is the mirrored PSF. The mask `m` is 1 inside the
     frame and 0 outside, where the scene is unknown and estimated along (Bertero & Boccacci
     2005), so that nothing is assumed beyond the border. Where the camera saturated, it is 0 as
-    long as ``k * x`` is above `y`: any light above the recorded one explains it. Non-negative;
-    changes of scale commute with it. Noise grows with the number of steps, unless one of two
+    long as ``k * x`` is above `y`: any light above the recorded one explains it. Non-negative, and
+    negative values of `y` count as zero; changes of scale commute with it. Noise grows with the
+    number of steps, unless one of two
     options holds it back.
 
     Parameters
@@ -51,16 +54,11 @@ class RichardsonLucy(Deconvolver):
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.iterations < 1:
-            raise ValueError(f"expected at least 1 iteration, got {self.iterations}")
-        if not 0 <= self.total_variation <= 0.1:
-            raise ValueError(
-                f"expected a weight of total variation of 0 to 0.1, got {self.total_variation}"
-            )
-        if not 0 <= self.damping < np.inf:
-            raise ValueError(
-                f"expected damping of 0 or more standard deviations, got {self.damping}"
-            )
+        arguments.steps(self.iterations, "a number of iterations")
+        what = "a weight of total variation"
+        arguments.number(self.total_variation, what, least=0, most=0.1)
+        what = "damping in standard deviations"
+        arguments.number(self.damping, what, least=0, most=STRONGEST)
 
     @property
     def reach(self) -> float:
@@ -83,7 +81,8 @@ class RichardsonLucy(Deconvolver):
         reports = (Progress("Richardson-Lucy", done, total) for done in range(total + 1))
         yield next(reports)
         restraint = Restraint(self.total_variation, self.damping, statistics or measure(plane))
-        scene = yield from restoring(plane, psf, clipped, self.iterations, reports, restraint)
+        light = _light(plane)
+        scene = yield from restoring(light, psf, clipped, self.iterations, reports, restraint)
         result: FloatArray = arrays.contiguous(scene[frame(plane.shape)])
         return result
 
@@ -106,7 +105,7 @@ class Restraint:
 
     def damp(self, plane: FloatArray, predicted: FloatArray) -> FloatArray | None:
         """Share of its correction that every pixel keeps; None if all do."""
-        if self.damping == 0:
+        if self.damping < FAINTEST:
             return None
         return undamped(plane, predicted, self.statistics, self.damping)
 
@@ -163,6 +162,12 @@ def restoring(
         _multiply(sharp, correction, restraint.smooth(share, sharp) if restraint else share)
         yield (at := next(reports))
     return sharp
+
+
+def _light(plane: FloatArray) -> FloatArray:
+    """The plane, its negative values as zero: there is no less light than none."""
+    xp = arrays.namespace(plane)
+    return arrays.raised(plane, 0.0) if float(xp.min(plane)) < 0 else plane
 
 
 def _tiny(plane: FloatArray) -> float:

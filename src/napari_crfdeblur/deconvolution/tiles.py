@@ -9,9 +9,10 @@ from math import ceil, prod
 from array_api_compat import array_namespace
 from scipy import fft
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray
 from ..progress import Job, nth
-from .base import Deconvolver
+from .base import Deconvolver, check_method
 from .noise import PlaneStatistics, measure
 
 SMALLEST = 1024  # side of the transform below which overheads count
@@ -108,12 +109,13 @@ class Tiled(Deconvolver):
     overlap: int | None = None
 
     def __post_init__(self) -> None:
+        check_method(self.method)
         if isinstance(self.method, Tiled):
             raise ValueError("expected a method for the tiles, got one that makes tiles itself")
-        if self.side is not None and self.side < 1:
-            raise ValueError(f"expected a side of at least 1 pixel, got {self.side}")
-        if self.overlap is not None and self.overlap < 0:
-            raise ValueError(f"expected an overlap of 0 pixels or more, got {self.overlap}")
+        if self.side is not None:
+            arguments.whole(self.side, "a side in pixels", least=1, most=LARGEST)
+        if self.overlap is not None:
+            arguments.whole(self.overlap, "an overlap in pixels", least=0, most=LARGEST)
 
     def grid(self, shape: tuple[int, ...], psf_shape: tuple[int, ...]) -> Grid:
         """How a picture of `shape` is cut into tiles.

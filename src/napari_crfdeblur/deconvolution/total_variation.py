@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from .. import arrays
+from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..boundary import frame
 from ..fourier import gradient_power, laplacian_power
@@ -52,8 +52,7 @@ class TotalVariation(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        if self.iterations < 1:
-            raise ValueError(f"expected at least 1 iteration, got {self.iterations}")
+        arguments.steps(self.iterations, "a number of iterations")
 
     def run(
         self,

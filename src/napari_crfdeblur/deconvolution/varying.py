@@ -7,12 +7,13 @@ from math import ceil
 
 import numpy as np
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress, drain, reporting
 from ..psf.field.base import PsfField
 from ..psf.misfit import evenly, misfit
-from .base import Deconvolver
+from .base import Deconvolver, check_method
 from .noise import PlaneStatistics, measure
 
 SMALLEST = 72  # pixels between windows; below, the overlap is most of the work
@@ -58,7 +59,11 @@ def deconvolving_varying(
     clipped: BoolArray | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve_varying`: reports progress, can be stopped."""
-    linear = np.asarray(linear)
+    linear = arguments.array(linear, "an image of float32 or float64")
+    arguments.instance(psfs, PsfField, "a PsfField")
+    check_method(method)
+    if clipped is not None:
+        clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
     _check(linear, psfs, clipped)
     sharp = np.zeros_like(linear)
     windows = list(_windows(psfs))
@@ -198,7 +203,4 @@ def _check(linear: FloatArray, psfs: PsfField, clipped: BoolArray | None) -> Non
         raise ValueError(f"expected clipped pixels of shape {linear.shape}, got {clipped.shape}")
     if any(large > side for large, side in zip(psfs.psfs.shape[2:], psfs.shape, strict=True)):
         raise CrfDeblurError("the PSFs are larger than the image; give smaller ones")
-    if not np.isfinite(linear).all():
-        raise CrfDeblurError(
-            "the image has pixels that are not finite (NaN or infinity); replace them first"
-        )
+    arguments.check_pixels(linear)

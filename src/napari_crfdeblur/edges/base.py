@@ -1,10 +1,23 @@
 """What an edge is: where it lies, how it is oriented, and whether it can be used."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 from math import atan2, cos, hypot, pi, sin
 
+from .. import arguments
+
 Point = tuple[float, float]
+FAR = 10  # diagonals of a picture
+FARTHEST = 1e9  # pixels from the origin: no picture is larger, and squares stay finite
+
+
+def point(place: Point) -> Point:
+    """A place, checked to be two finite numbers of pixels."""
+    row, column = arguments.numbers(
+        place, "a point (row, column)", count=2, least=-FARTHEST, most=FARTHEST
+    )
+    return row, column
 
 
 class EdgeStatus(Enum):
@@ -30,6 +43,8 @@ class Line:
     end: Point
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "start", point(self.start))
+        object.__setattr__(self, "end", point(self.end))
         if not hypot(self.end[0] - self.start[0], self.end[1] - self.start[1]) > 0:
             raise ValueError(f"expected two different points, got {self.start} and {self.end}")
 
@@ -43,6 +58,13 @@ class Rectangle:
     """
 
     corners: tuple[Point, Point, Point, Point]
+
+    def __post_init__(self) -> None:
+        what = "4 corners (row, column)"
+        corners = arguments.array(self.corners, what, axes=(2,), finite=True)
+        if corners.shape != (4, 2):
+            raise arguments.refusal(what, corners)
+        object.__setattr__(self, "corners", tuple(map(point, corners.tolist())))
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +92,14 @@ class Edge:
     contrast: float = 0.0
     status: EdgeStatus = EdgeStatus.GOOD
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "start", point(self.start))
+        object.__setattr__(self, "end", point(self.end))
+        arguments.whole(self.polarity, "a polarity", least=-1, most=1)
+        arguments.number(self.width, "a width in pixels", least=0)
+        arguments.number(self.contrast, "a contrast", least=0)
+        arguments.instance(self.status, EdgeStatus, "a status of an edge")
+
     @property
     def good(self) -> bool:
         """Whether the edge passed every check."""
@@ -91,3 +121,24 @@ class Edge:
     def normal(self) -> Point:
         """Unit vector across the edge, (row, column) = (sin, cos) of the orientation."""
         return sin(self.orientation), cos(self.orientation)
+
+
+def check_near(shape: tuple[int, ...], points: Iterable[Point]) -> None:
+    """Refuse points that lie so far outside of a picture that no line to them is meant.
+
+    What is looked at around a line grows with its length.
+
+    Parameters
+    ----------
+    shape : (M, N) or (M, N, C)
+        Of the picture.
+    points : iterable of (float, float)
+        Of lines, edges or rectangles.
+    """
+    beyond = FAR * hypot(*shape[:2])
+    for place in points:
+        if any(not -beyond <= x <= side + beyond for x, side in zip(place, shape, strict=False)):
+            raise ValueError(
+                f"expected lines within or near a photo of {shape[0]} rows and {shape[1]} "
+                f"columns, got the point {place}"
+            )

@@ -15,6 +15,7 @@ LEAST_CONTRAST = 0.03  # 8 steps of 8 bit: below, rounding bends the profile
 LEAST_LENGTH = 12.0  # pixels along an edge that are averaged
 LEAST_RATIO = 0.8  # of length and width of an edge
 SPARE = 2.0  # pixels: what sampling adds to the width of a transition
+NOTHING = 1e-12  # contrast that is none: rounding
 CLIP = 1.5 / 255  # distance from the ends of the range at which a pixel counts as clipped
 CLIPPED_SHARE = 0.08  # of the pixels of a side
 DRAWDOWN = 0.03  # largest fall of a rising profile, in units of its contrast
@@ -128,7 +129,8 @@ def check_blocks(
     length = max(4.0, 0.25 * (transition.last - transition.first), strip.spacing * quiet)
     number = int(np.clip(strip.spacing * len(along) / length, 4, 24))
     places, means = block_means(along, values, number)
-    noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / transition.contrast
+    contrast = max(transition.contrast, NOTHING)
+    noise = 2.5 * transition.noise / np.sqrt(len(along) / len(places)) / contrast
     return places, judge_blocks(means, transition, noise)
 
 
@@ -150,7 +152,7 @@ def averaging(rows: int, number: int) -> FloatArray:
 
 def judge_blocks(means: FloatArray, transition: Transition, noise: float) -> list[EdgeStatus]:
     """Status of each block's mean profiles, shape (C, B, D); noise in units of contrast."""
-    weights, contrast = transition.weights, transition.contrast
+    weights, contrast = transition.weights, max(transition.contrast, NOTHING)
     reference = median_along(means, axis=1)
     shift = matched(colorless(means, weights), weights @ reference)
     residual = (means - reference[:, None]) / contrast
@@ -208,7 +210,8 @@ def sagitta(strip: Strip, transition: Transition, first: float, last: float) -> 
     solution = np.linalg.solve(design @ design.T, design @ shift)
     # Of the coefficient of t^2 over [-1, 1]: 45 / 4 times the variance of the mean shift.
     slope = slopes(mean)
-    error = 2 * transition.noise * sqrt(45 / 4 / (rows * float(slope @ slope)))
+    steepness = max(float(slope @ slope), NOTHING**2)
+    error = 2 * transition.noise * sqrt(45 / 4 / (rows * steepness))
     return max(abs(float(solution[2])) - error, 0.0)
 
 

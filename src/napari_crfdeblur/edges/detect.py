@@ -5,11 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..photo import check_image
 from ..progress import Job, Progress, drain
 from .base import Edge
 from .locate import CaptureRange
-from .picture import Picture
+from .picture import Picture, check_view
 from .refine import check_extent, refine
 from .scales import Scales
 from .segments import find_segments
@@ -45,8 +44,8 @@ def find_edges(image: Image, *, blur_extent: float) -> tuple[Edge, ...]:
 
 def finding_edges(image: Image, *, blur_extent: float) -> Job[tuple[Edge, ...]]:
     """Job of :func:`find_edges`: reports progress, can be stopped."""
-    check_image(image)
-    check_extent(blur_extent)
+    check_view(image)
+    check_extent(blur_extent, image.shape)
     return (yield from finding(Picture.of(image), blur_extent, "edges", MOST_SEGMENTS))
 
 

@@ -7,11 +7,10 @@ from math import pi, prod, sqrt
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..photo import check_image
 from ..progress import Job, drain
 from .base import Edge, Point
 from .detect import distinct, finding
-from .picture import Picture
+from .picture import Picture, check_view
 
 SCALES = (64.0, 24.0, 8.0)  # widths that are tried, pixels
 FALLBACK = 20.0  # pixels: what to look for in a photo in which no edge is good at any scale
@@ -47,7 +46,7 @@ def estimate_blur_extent(image: Image) -> float:
 
 def estimating_blur_extent(image: Image) -> Job[float]:
     """Job of :func:`estimate_blur_extent`: reports progress, can be stopped."""
-    check_image(image)
+    check_view(image)
     photo = Picture.of(image)
     found: dict[Edge, View] = {}
     for scale in SCALES:

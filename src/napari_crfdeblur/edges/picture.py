@@ -6,9 +6,18 @@ from typing import Any
 import numpy as np
 
 from .._typing import FloatArray, Image
-from ..photo import ALPHA, full_scale
+from ..arguments import check_pixels, refusal
+from ..photo import ALPHA, check_image, full_scale
 
 BAND = 32  # rows of squares that are summed at once: they fit into the caches
+
+
+def check_view(image: Image) -> None:
+    """Refuse what edges cannot be looked for in: no image, an empty one, one that is not finite."""
+    check_image(image)
+    if image.size == 0:
+        raise refusal("an image with pixels", image)
+    check_pixels(image)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

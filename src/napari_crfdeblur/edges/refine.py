@@ -4,14 +4,14 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
-from math import cos, hypot, inf, sin, sqrt
+from math import cos, hypot, sin, sqrt
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
-from ..photo import check_image
 from ..progress import Job, Progress, drain
-from .base import Edge, EdgeStatus, Line, Rectangle
+from .base import FAR, Edge, EdgeStatus, Line, Rectangle, check_near
 from .checks import (
     LEAST_CONTRAST,
     check_blocks,
@@ -23,11 +23,12 @@ from .checks import (
     shortest,
 )
 from .locate import CaptureRange, locate, refit
-from .picture import Picture
+from .picture import Picture, check_view
 from .scales import NARROW, Scales
 from .strip import Frame, Strip, sample_strip, strips_along
 from .transition import Transition, find_transition, flat_samples
 
+NARROWEST = 1e-3  # blur extent in pixels: less is no blur, and as little as any program can tell
 FEW_ROWS = 48  # of the strip of a whole edge: its parts are sampled anew
 KEPT_BEND = 0.6  # of the largest, to which a curved edge is trimmed: some is noise
 Part = tuple[Frame, EdgeStatus]
@@ -59,8 +60,11 @@ def refining_edges(
     image: Image, lines: Sequence[Line | Rectangle], *, blur_extent: float
 ) -> Job[tuple[Edge, ...]]:
     """Job of :func:`refine_edges`: reports progress, can be stopped."""
-    check_image(image)
-    check_extent(blur_extent)
+    check_view(image)
+    check_extent(blur_extent, image.shape)
+    for line in arguments.instances(lines, (Line, Rectangle), "a sequence of lines or rectangles"):
+        ends = line.corners if isinstance(line, Rectangle) else (line.start, line.end)
+        check_near(image.shape, ends)
     yield Progress("edges", 0, max(len(lines), 1))
     scales = Scales.to_refine(Picture.of(image), blur_extent)
     edges = []
@@ -72,10 +76,10 @@ def refining_edges(
     return tuple(edges)
 
 
-def check_extent(blur_extent: float) -> None:
-    """Raise ValueError unless the width is a positive number of pixels."""
-    if not 0 < blur_extent < inf:
-        raise ValueError(f"expected a positive blur extent in pixels, got {blur_extent}")
+def check_extent(blur_extent: float, shape: tuple[int, ...]) -> None:
+    """Raise ValueError unless the width is a positive number of pixels, for a photo of a shape."""
+    what = "a positive blur extent in pixels, of this photo"
+    arguments.number(blur_extent, what, least=NARROWEST, most=FAR * max(shape[:2]))
 
 
 def drawn(photo: Picture, shape: Line | Rectangle, blur_extent: float) -> tuple[Frame, float]:

@@ -3,12 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from types import NoneType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from .. import arguments
 from .._typing import Image
 from ..deconvolution import Deconvolver, PlaneStatistics, Tiled
+from ..deconvolution.base import check_method
 from ..deconvolution.tiles import Grid, Region, Tile
 from ..errors import CrfDeblurError
 from ..estimate import given_responses
@@ -17,7 +20,7 @@ from ..psf import PsfField, as_psf
 from ..response import Response
 from .recipe import PsfOrField, Recipe, psf_shape
 from .sources import KINDS, Source, open_source
-from .statistics import measure_large
+from .statistics import check_source, measure_large
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -72,7 +75,12 @@ def restore_large(
         changed.
     """
     photo = open_source(photo) if isinstance(photo, Path) else photo
-    psf = psf if isinstance(psf, PsfField) else as_psf(psf)
+    check_source(photo, curve)
+    psf = psf if isinstance(psf, PsfField) else as_psf(arguments.addable(psf, "a PSF"))
+    check_method(method)
+    if statistics is not None:
+        arguments.instances(statistics, PlaneStatistics, "statistics of each channel")
+    arguments.instance(channels, (bool, NoneType), "whether the last axis has the colors, or None")
     if channels is None:
         channels = photo.color if isinstance(photo, Source) else _has_colors(photo)
     plane = check_blur(photo, psf, channels)

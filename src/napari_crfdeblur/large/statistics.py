@@ -7,7 +7,9 @@ from math import prod
 from typing import TYPE_CHECKING
 
 import numpy as np
+from array_api_compat import is_dask_array
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import PlaneStatistics, measure
 from ..deconvolution.tiles import Region, Tile
@@ -16,11 +18,11 @@ from ..estimate import Responses, given_responses
 from ..pipeline import DeblurOptions, Intermediates, Stage, walking
 from ..pipeline.intermediates import made
 from ..progress import Progress, drain
-from ..psf import PsfField
+from ..psf import PsfField, as_psf
 from ..psf.misfit import evenly, misfit
-from ..response import Response
+from ..response import Response, ResponseCurve
 from .recipe import PsfOrField
-from .sources import Source
+from .sources import KINDS, Source
 from .windows import pieces
 
 if TYPE_CHECKING:
@@ -55,10 +57,15 @@ def measure_large(
     CrfDeblurError
         Pixels that are not finite or outside [0, 1].
     """
+    check_source(photo, curve)
+    arguments.instance(channels, bool, "whether the last axis has the colors")
+    if len(photo.shape) < PLANE + channels or 0 in photo.shape:
+        raise arguments.refusal("a photo or stack with pixels", photo)
+    if psf is not None and not isinstance(psf, PsfField):
+        psf = as_psf(arguments.addable(psf, "a PSF"))
     response = given_responses(curve)
-    patches = [
-        _Patch.of(place, part, response, channels) for place, part in _parts(photo, channels)
-    ]
+    parts = _parts(photo, channels)
+    patches = [_Patch.of(place, part, response, channels) for place, part in parts]
     light = np.concatenate([patch.light for patch in patches])
     found = []
     for channel in range(light.shape[-1] if channels else 1):
@@ -67,6 +74,15 @@ def measure_large(
         planes = [replace(patch, light=patch.light[own], lost=patch.lost[own]) for patch in patches]
         found.append(replace(statistics, misfit=_unexplained(planes, psf)))
     return tuple(found)
+
+
+def check_source(photo: "Source | Image | Array", curve: Response) -> None:
+    """Raise ValueError unless this is a photo or stack of any kind, and its response."""
+    known = isinstance(photo, (Source, np.ndarray)) or is_dask_array(photo)
+    if not known or photo.dtype not in KINDS:
+        raise arguments.refusal("an image of uint8, uint16 or float, a file or array of it", photo)
+    if not isinstance(curve, ResponseCurve):
+        arguments.instances(curve, ResponseCurve, "a response curve, or one for each channel")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
+
+LARGEST = 10.0  # gamma: far beyond that of any camera, and the dark side is still above 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +82,10 @@ class EndPoints(Alignment):
     level: float = 0.05
     exponent: float = 1.0
 
+    def __post_init__(self) -> None:
+        arguments.number(self.level, "a level", above=0, below=0.5)
+        arguments.number(self.exponent, "a gamma", above=0, most=LARGEST)
+
     def shifts(self, groups: Sequence[Rows]) -> list[FloatArray]:
         """Middles of the end points, averaged over the profiles of each edge."""
         found: list[FloatArray] = []
@@ -109,6 +116,16 @@ class CommonShape(Alignment):
 
     exponents: tuple[float, ...] = (1.0, 1.4, 1.8, 2.2, 2.6, 3.0)
     levels: tuple[float, ...] = (0.04, 0.08, 0.15, 0.3, 0.5, 0.7, 0.85, 0.92, 0.96)
+
+    def __post_init__(self) -> None:
+        exponents = arguments.numbers(self.exponents, "gammas", least=0, most=LARGEST)
+        levels = arguments.numbers(self.levels, "levels", least=0, most=1)
+        if not exponents or min(exponents) == 0:
+            raise arguments.refusal("gammas above 0", self.exponents)
+        if not levels or np.any(np.diff((0.0, *levels, 1.0)) <= 0):
+            raise arguments.refusal("increasing levels between 0 and 1", self.levels)
+        object.__setattr__(self, "exponents", exponents)
+        object.__setattr__(self, "levels", levels)
 
     def shifts(self, groups: Sequence[Rows]) -> list[FloatArray]:
         """Shifts under the best of the exponents."""

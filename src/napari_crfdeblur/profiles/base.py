@@ -6,7 +6,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
+
+NAMED = {"image": "a photo", "edge": "an edge", "channel": "a channel"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +19,10 @@ class ProfileSource:
     image: int
     edge: int
     channel: int
+
+    def __post_init__(self) -> None:
+        for name in ("image", "edge", "channel"):
+            arguments.whole(getattr(self, name), f"the number of {NAMED[name]}", least=0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,7 +66,11 @@ class ProfileGroup:
     sources: tuple[ProfileSource, ...]
 
     def __post_init__(self) -> None:
-        rows, samples = len(self.sources), np.size(self.position)
+        sources = arguments.instances(self.sources, ProfileSource, "a source of each profile")
+        object.__setattr__(self, "sources", tuple(sources))
+        arguments.number(self.orientation, "an orientation in radians")
+        arguments.whole(self.polarity, "a polarity", least=-1, most=1)
+        rows, samples = len(sources), np.size(arguments.array(self.position, "positions"))
         shapes = {
             "position": (samples,),
             "intensity": (rows, samples),
@@ -69,13 +80,15 @@ class ProfileGroup:
             "sides_variance": (rows, 2),
         }
         for name, shape in shapes.items():
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+            values = arguments.kept(getattr(self, name), name)
             object.__setattr__(self, name, values)
             if values.shape != shape:
                 raise ValueError(f"expected {name} of shape {shape}, got {values.shape}")
-            if not np.isfinite(values).all():
-                raise ValueError(f"expected finite {name}")
+        if np.any(np.diff(self.position) <= 0):
+            raise ValueError("expected increasing positions")
+        for name in ("variance", "count", "sides_variance"):
+            if np.any(getattr(self, name) < 0):
+                raise ValueError(f"expected {name} of at least 0, got negative values")
 
     def __len__(self) -> int:
         return len(self.sources)
@@ -96,5 +109,7 @@ class ProfileGroup:
 
 def of_channel(groups: Sequence[ProfileGroup], channel: int) -> list[ProfileGroup]:
     """Only the profiles of one color channel; groups left empty are dropped."""
+    arguments.instances(groups, ProfileGroup, "a sequence of groups of profiles")
+    arguments.whole(channel, "the number of a channel", least=0)
     masks = [np.array([s.channel == channel for s in g.sources], dtype=bool) for g in groups]
     return [g.select(mask) for g, mask in zip(groups, masks, strict=True) if mask.any()]

@@ -7,8 +7,11 @@ from math import pi, radians
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ProfileGroup
+
+UNKNOWN = 1e-300  # weight beside which any other is all
 
 
 class Grouping(ABC):
@@ -96,8 +99,7 @@ def common_polarity(group: ProfileGroup) -> int:
 
 def check_tolerance(tolerance: float) -> None:
     """Raise ValueError unless the angle is positive and less than a right angle."""
-    if not 0 < tolerance < pi / 2:
-        raise ValueError(f"expected a tolerance in (0, pi/2) radians, got {tolerance}")
+    arguments.number(tolerance, "a tolerance in radians", above=0, below=pi / 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +117,9 @@ def cluster(
 
     Angles are compared modulo pi: 179.5 and 0.5 degrees are one degree apart.
     """
-    angle, weight = np.asarray(orientations, dtype=float), np.asarray(weights, dtype=float)
+    angle = np.asarray(orientations, dtype=float)
+    # what weighs nothing, such as an edge of unknown contrast, has an orientation all the same
+    weight = np.maximum(np.asarray(weights, dtype=float), UNKNOWN)
     left = np.arange(len(angle))
     found = []
     while len(left):
@@ -123,7 +127,10 @@ def cluster(
         best = int((near * weight[left]).sum(axis=1).argmax())
         members = left[near[best]]
         mean = circular_mean(angle[members], weight[members])
-        # Only those that are also near the mean, so that the tolerance means what it says.
+        # Only those that are also near the mean, so that the tolerance means what it says; of
+        # orientations all around there may be none.
+        if not np.any(orientation_difference(angle[members], mean) <= tolerance):
+            members, mean = left[[best]], float(angle[left[best]])
         members = members[orientation_difference(angle[members], mean) <= tolerance]
         found.append(OrientationCluster(mean, tuple(int(i) for i in members)))
         left = np.setdiff1d(left, members)

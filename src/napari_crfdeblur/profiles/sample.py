@@ -8,10 +8,12 @@ from math import cos
 
 import numpy as np
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
-from ..edges.base import Edge, Line
+from ..edges.base import Edge, Line, check_near
+from ..edges.picture import check_view
 from ..edges.strip import Frame
-from ..photo import check_image, luminance
+from ..photo import luminance
 from ..progress import Job, Progress, drain
 from .align import Alignment, CommonShape, Rows
 from .base import ProfileGroup, ProfileSource
@@ -117,9 +119,15 @@ def sampling_profiles(
     index: int = 0,
 ) -> Job[list[ProfileGroup]]:
     """Job of :func:`sample_profiles`: reports progress, can be stopped."""
-    check_image(image)
-    grouping = grouping or ByOrientation()
-    alignment = alignment or CommonShape()
+    check_view(image)
+    grouping = ByOrientation() if grouping is None else grouping
+    alignment = CommonShape() if alignment is None else alignment
+    arguments.instance(grouping, Grouping, "a rule of grouping, such as ByOrientation(),")
+    arguments.instance(alignment, Alignment, "a way of alignment, such as CommonShape(),")
+    arguments.instance(channels, Channels, "a member of Channels")
+    arguments.whole(index, "the number of a photo", least=0)
+    for edge in arguments.instances(edges, Edge, "a sequence of edges"):
+        check_near(image.shape, (edge.start, edge.end))
     good = [i for i, edge in enumerate(edges) if edge.good]
     # Every edge is gathered, and then measured about its own origin.
     reports = (Progress("profiles", done, 2 * len(good)) for done in count())

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
 
 # Narrowest side of a projected pixel; the closed form divides by it. An edge along the grid
@@ -38,6 +39,9 @@ def project(psf: FloatArray, angle: float, positions: ArrayLike) -> FloatArray:
     ndarray
         ``s(x)``, the shape of `positions`.
     """
+    psf = arguments.array(arguments.addable(psf, "a PSF"), "a PSF (H, W)", axes=(2,), finite=True)
+    angle = float(arguments.number(angle, "an angle in radians"))
+    positions = arguments.array(positions, "positions", finite=True)
     normal = np.array([np.sin(angle), np.cos(angle)])
     rows, columns = np.nonzero(psf)
     center = np.array(psf.shape) // 2

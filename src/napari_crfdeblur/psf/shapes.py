@@ -7,11 +7,13 @@ column axis towards the row axis.
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import as_psf
 
 # Points for each pixel of a path; a kink is then misplaced by less than a hundredth of a pixel.
 DENSITY = 64
+LARGEST = 1001  # side in pixels: beyond any blur that can be undone, and arrays still fit
 
 
 def delta() -> FloatArray:
@@ -24,16 +26,15 @@ def line(length: float, angle: float) -> FloatArray:
 
     ``k(u) = 1 / length`` for ``u = t (sin angle, cos angle)``, ``|t| <= length / 2``.
     """
-    if not (np.isfinite(length) and length >= 0 and np.isfinite(angle)):
-        raise ValueError(f"expected a length >= 0 and an angle, got {length}, {angle}")
+    arguments.number(length, "a length in pixels", least=0, most=LARGEST)
+    angle = float(arguments.number(angle, "an angle in radians"))
     path = length * np.outer(_middles(length) - 0.5, [np.sin(angle), np.cos(angle)])
     return render(path, np.ones(len(path)))
 
 
 def disk(radius: float) -> FloatArray:
     """Defocus of an ideal lens: each pixel holds the area of the disk that it covers."""
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"expected a positive radius, got {radius}")
+    arguments.number(radius, "a radius in pixels", least=1 / DENSITY, most=LARGEST / 2)
     half = int(np.ceil(radius - 0.5))
     # Exact along columns; the rows are cut into strips.
     rows = (np.arange((2 * half + 1) * DENSITY) + 0.5) / DENSITY - half - 0.5
@@ -45,8 +46,7 @@ def disk(radius: float) -> FloatArray:
 
 def gaussian(sigma: float) -> FloatArray:
     """Gaussian of standard deviation `sigma`, integrated over pixels, cut at 4 `sigma`."""
-    if not (np.isfinite(sigma) and sigma > 0):
-        raise ValueError(f"expected a positive sigma, got {sigma}")
+    arguments.number(sigma, "a sigma in pixels", least=1 / DENSITY, most=LARGEST / 8)
     from scipy.special import erf  # loads in a sixth of a second
 
     half = int(np.ceil(4 * sigma))
@@ -83,8 +83,8 @@ def camera_shake(size: int, seed: int) -> FloatArray:
     seed : int
         Of the random walk; the same seed gives the same PSF.
     """
-    if size < 3 or size % 2 == 0:
-        raise ValueError(f"expected an odd size of at least 3, got {size}")
+    arguments.odd(size, "size", most=LARGEST)
+    arguments.whole(seed, "a seed", least=0)
     points = len(_middles(4.0 * size))
     return render(shake_path(size, seed, points), np.ones(points), size)
 

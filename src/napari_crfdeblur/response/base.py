@@ -5,6 +5,7 @@ from abc import ABC, abstractmethod
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
 
 
@@ -41,4 +42,7 @@ class ResponseCurve(ABC):
 
 
 def _unit(values: ArrayLike) -> FloatArray:
-    return np.clip(np.asarray(values, dtype=np.float64), 0.0, 1.0)
+    given = np.asarray(arguments.array(values, "real numbers"), dtype=np.float64)
+    if np.isnan(given).any():
+        raise ValueError("expected real numbers, got some that are NaN")
+    return np.clip(given, 0.0, 1.0)

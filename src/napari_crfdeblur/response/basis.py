@@ -7,9 +7,12 @@ from importlib.resources import files
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ResponseCurve
 from .tabulated import Tabulated
+
+LARGEST = 1e6  # coefficient: far beyond any that leaves a curve increasing
 
 
 @cache
@@ -52,9 +55,10 @@ class Emor(ResponseCurve):
     _table: Tabulated = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficients", tuple(float(c) for c in self.coefficients))
+        own = arguments.numbers(self.coefficients, "coefficients", least=-LARGEST, most=LARGEST)
+        object.__setattr__(self, "coefficients", tuple(map(float, own)))
         samples = emor_sum((1.0, *self.coefficients))
-        if not np.isfinite(samples).all() or np.any(np.diff(samples) <= 0):
+        if np.any(np.diff(samples) <= 0):
             raise ValueError("expected coefficients of a strictly increasing curve")
         irradiance = np.linspace(0.0, 1.0, samples.size)
         object.__setattr__(self, "_table", Tabulated(irradiance, samples))

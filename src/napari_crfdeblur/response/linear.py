@@ -8,9 +8,11 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
 from ..arrays import row_blocks
-from ..photo import check_image, from_unit, full_scale
+from ..errors import CrfDeblurError
+from ..photo import check_image, from_unit, full_scale, photo_kind
 from ..progress import Job, Progress, drain
 from .base import ResponseCurve
 
@@ -48,6 +50,8 @@ def linearize(photo: Image, curve: Response) -> FloatArray:
     ------
     ValueError
         Not an image, or another number of curves than of channels.
+    CrfDeblurError
+        Some pixels are NaN.
     """
     return drain(linearizing(photo, curve))
 
@@ -82,13 +86,18 @@ def reapply(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) 
     -------
     ndarray, the shape of `linear`
         Of kind `dtype`, integers over their full scale, rounded to nearest.
+
+    Raises
+    ------
+    CrfDeblurError
+        Some pixels are NaN.
     """
     return drain(reapplying(linear, curve, dtype))
 
 
 def reapplying(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float32) -> Job[Image]:
     """Job of :func:`reapply`: reports progress, can be stopped."""
-    linear, dtype = np.asarray(linear), np.dtype(dtype)
+    linear, dtype = arguments.array(linear, "an image of floats"), photo_kind(dtype)
     check_image(linear)
 
     def record(own: ResponseCurve) -> Convert:
@@ -103,6 +112,9 @@ def reapplying(linear: FloatArray, curve: Response, dtype: DTypeLike = np.float3
 
 def clipped_share(linear: FloatArray) -> float:
     """Share of the values of light outside [0, 1], lost when the response is applied."""
+    linear = arguments.array(linear, "light as an array", finite=True)
+    if linear.size == 0:
+        raise arguments.refusal("light in at least one pixel", linear)
     outside = np.count_nonzero(linear < 0) + np.count_nonzero(linear > 1)
     return float(outside / linear.size)
 
@@ -132,10 +144,8 @@ def clipped_pixels(photo: Image, *, level: float = 1.0, scatter: float = SCATTER
         Channel by channel: a red light saturates red alone.
     """
     check_image(photo)
-    if not (0 < level <= 1 and 0 <= scatter < level):
-        raise ValueError(
-            f"expected a level above 0, at most 1, and a smaller scatter, got {level}, {scatter}"
-        )
+    arguments.number(level, "a level", above=0, most=1)
+    arguments.number(scatter, "a scatter", least=0, below=level)
     # a hundredth of an 8-bit level for what is rounded in floats
     least = (level - scatter - 1e-2 / 255) * full_scale(photo)
     clipped: BoolArray = photo >= photo.dtype.type(
@@ -166,7 +176,12 @@ def _by_channel(
         for rows in blocks:
             part = target[rows]
             result = np.ascontiguousarray(part).reshape(-1)  # itself, unless of one channel
-            convert(np.ascontiguousarray(source[rows]).reshape(-1), result)
+            values = np.ascontiguousarray(source[rows]).reshape(-1)
+            if values.dtype.kind == "f" and np.isnan(values).any():
+                raise CrfDeblurError(
+                    "the image has pixels that are not a number (NaN); replace them first"
+                )
+            convert(values, result)
             if not part.flags.c_contiguous:
                 part[...] = result.reshape(part.shape)
             yield next(reports)
@@ -179,6 +194,7 @@ def _parts(
     """All channels with the one curve, or each with its own; and where their result goes."""
     if isinstance(curve, ResponseCurve):
         return [(curve, image, out)]
+    arguments.instances(curve, ResponseCurve, "a response curve, or one for each channel")
     channels = image.shape[2] if image.ndim == 3 else 1
     if len(curve) != channels:
         raise ValueError(

@@ -1,10 +1,12 @@
 """Responses given by a formula: identity, gamma, sRGB, polynomial, generalized gamma."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import polynomial
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ResponseCurve
 from .inversion import invert
@@ -12,6 +14,16 @@ from .inversion import invert
 # Where a formula is checked for strict monotonicity: four times finer than 8 bit, and
 # denser towards 0, where responses bend most.
 CHECKED = np.linspace(0.0, 1.0, 1025) ** 2
+# Gamma or coefficient: far beyond those of any camera, and powers of light keep within floats.
+LARGEST = 1e6
+
+
+def _coefficients(values: Sequence[float]) -> tuple[float, ...]:
+    """Of a polynomial, as floats."""
+    own = arguments.numbers(values, "coefficients", least=-LARGEST, most=LARGEST)
+    if not own:
+        raise arguments.refusal("coefficients", values)
+    return tuple(map(float, own))
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +53,7 @@ class Gamma(ResponseCurve):
     exponent: float = 2.2
 
     def __post_init__(self) -> None:
-        if not (np.isfinite(self.exponent) and self.exponent > 0):
-            raise ValueError(f"expected a positive gamma exponent, got {self.exponent}")
+        arguments.number(self.exponent, "a gamma exponent", least=1 / LARGEST, most=LARGEST)
 
     def _forward(self, irradiance: FloatArray) -> FloatArray:
         return irradiance ** (1 / self.exponent)
@@ -95,9 +106,7 @@ class Polynomial(ResponseCurve):
     coefficients: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficients", tuple(float(a) for a in self.coefficients))
-        if not self.coefficients or not np.isfinite(self.coefficients).all():
-            raise ValueError(f"expected finite coefficients, got {self.coefficients}")
+        object.__setattr__(self, "coefficients", _coefficients(self.coefficients))
         if abs(sum(self.coefficients) - 1) > 1e-9:  # rounding of a normalized sum
             raise ValueError(f"expected coefficients that sum to 1, got {sum(self.coefficients)}")
         if np.any(np.diff(self._inverse(CHECKED)) <= 0):
@@ -132,9 +141,7 @@ class GeneralizedGamma(ResponseCurve):
     coefficients: tuple[float, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "coefficients", tuple(float(p) for p in self.coefficients))
-        if not self.coefficients or not np.isfinite(self.coefficients).all():
-            raise ValueError(f"expected finite coefficients, got {self.coefficients}")
+        object.__setattr__(self, "coefficients", _coefficients(self.coefficients))
         if np.any(polynomial.polyval(CHECKED, self.coefficients) <= 0):
             raise ValueError("expected coefficients of a polynomial that is positive on [0, 1]")
         if np.any(np.diff(self._inverse(CHECKED)) <= 0):

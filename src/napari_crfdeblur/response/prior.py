@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ResponseCurve
-from .basis import emor_table
+from .basis import LARGEST, emor_table
 from .parametric import SRGB
 from .tabulated import Tabulated, monotone
 
@@ -42,10 +43,9 @@ class ResponsePrior:
 
     def __post_init__(self) -> None:
         for name in ("mean", "directions"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+            values = arguments.kept(getattr(self, name), name)
             object.__setattr__(self, name, values)
-            if values.shape[-1:] != NODES.shape or not np.isfinite(values).all():
+            if values.shape[-1:] != NODES.shape:
                 raise ValueError(
                     f"expected finite {name} at {NODES.size} values of irradiance, "
                     f"got shape {values.shape}"
@@ -70,6 +70,8 @@ class ResponsePrior:
         directions : int
             Principal components that are kept.
         """
+        arguments.instances(curves, ResponseCurve, "response curves")
+        arguments.whole(directions, "a number of directions", least=1)
         if len(curves) < 2:
             raise ValueError(f"expected at least 2 curves, got {len(curves)}")
         samples = np.array([curve.to_intensity(NODES) for curve in curves])
@@ -185,8 +187,8 @@ def around(curve: ResponseCurve, share: float = 0.2) -> ResponsePrior:
     share : float
         Spread, as a share of that of the responses of DoRF.
     """
-    if not share > 0:
-        raise ValueError(f"expected a positive share, got {share}")
+    arguments.instance(curve, ResponseCurve, "a response curve")
+    arguments.number(share, "a share", above=0, most=LARGEST)
     mean = _strict(curve.to_intensity(NODES)).intensity
     return ResponsePrior(mean, share * _emor_directions(DORF_DEVIATIONS))
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ResponseCurve
 
@@ -24,12 +25,11 @@ class Tabulated(ResponseCurve):
 
     def __post_init__(self) -> None:
         for name in ("irradiance", "intensity"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+            values = arguments.kept(getattr(self, name), f"samples of {name}", axes=(1,))
             object.__setattr__(self, name, values)
-            if values.ndim != 1 or values.size < 2:
+            if values.size < 2:
                 raise ValueError(f"expected at least 2 samples of {name}, got {values.shape}")
-            if not np.isfinite(values).all() or values[0] != 0 or values[-1] != 1:
+            if values[0] != 0 or values[-1] != 1:
                 raise ValueError(f"expected {name} from 0 to 1, got {values[0]} to {values[-1]}")
             if np.any(np.diff(values) <= 0):
                 raise ValueError(f"expected strictly increasing {name}")
@@ -66,15 +66,15 @@ def monotone(intensity: ArrayLike, irradiance: ArrayLike) -> Tabulated:
     """
     from scipy.optimize import isotonic_regression
 
-    intensity = np.asarray(intensity, dtype=np.float64)
-    raw = np.asarray(irradiance, dtype=np.float64)
-    if raw.ndim != 1 or raw.size < 2 or raw.shape != intensity.shape:
+    intensity = arguments.kept(intensity, "samples of intensity", axes=(1,))
+    raw = arguments.kept(irradiance, "samples of irradiance", axes=(1,))
+    if raw.size < 2 or raw.shape != intensity.shape:
         raise ValueError(
             f"expected as many irradiances as intensities, at least 2, "
             f"got {raw.shape} and {intensity.shape}"
         )
-    if not np.isfinite(raw).all() or raw[-1] <= raw[0]:
-        raise ValueError("expected finite irradiance that rises from its first sample to its last")
+    if not 0 < raw[-1] - raw[0] < np.inf:
+        raise ValueError("expected irradiance that rises from its first sample to its last")
     inner = np.clip((raw - raw[0]) / (raw[-1] - raw[0]), 0, 1)
     rising = isotonic_regression(inner).x
     rising = (rising + 1e-3 * intensity) / (rising[-1] + 1e-3)

@@ -5,9 +5,10 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray
 from .base import ResponseCurve
-from .basis import emor_sum
+from .basis import LARGEST, emor_sum
 from .parametric import CHECKED, Gamma
 from .tabulated import Tabulated
 
@@ -46,11 +47,11 @@ class Tuned(ResponseCurve):
     _power: Gamma = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.base, ResponseCurve):
-            raise ValueError(f"expected a response curve to tune, got {self.base!r}")
-        object.__setattr__(self, "offsets", tuple(float(o) for o in self.offsets))
-        object.__setattr__(self, "gamma", float(self.gamma))
+        arguments.instance(self.base, ResponseCurve, "a response curve to tune")
+        offsets = arguments.numbers(self.offsets, "offsets", least=-LARGEST, most=LARGEST)
+        object.__setattr__(self, "offsets", tuple(map(float, offsets)))
         object.__setattr__(self, "_power", Gamma(self.gamma))
+        object.__setattr__(self, "gamma", float(self.gamma))
         object.__setattr__(self, "_moved", _moved(self.base, self.offsets))
 
     def _forward(self, irradiance: FloatArray) -> FloatArray:
@@ -79,6 +80,8 @@ def tuned(base: ResponseCurve, offsets: Sequence[float] = (), gamma: float = 1.0
     base, offsets, gamma
         As of :class:`Tuned`, which keeps the offsets as they are after shrinking.
     """
+    arguments.instance(base, ResponseCurve, "a response curve to tune")
+    offsets = arguments.numbers(offsets, "offsets")
     spare = (1 - LEAST_SLOPE) * np.diff(base.to_intensity(IRRADIANCE))
     fall = -np.diff(_offset(offsets))
     falls = fall > 0
@@ -99,6 +102,4 @@ def _moved(base: ResponseCurve, offsets: Sequence[float]) -> ResponseCurve:
 
 def _offset(offsets: Sequence[float]) -> FloatArray:
     """``sum_i o_i h_i`` where the curve is sampled."""
-    if not np.isfinite(offsets).all():
-        raise ValueError(f"expected finite offsets, got {tuple(offsets)}")
     return np.interp(IRRADIANCE, STEPS, emor_sum((0.0, *offsets)))

@@ -6,13 +6,16 @@ from math import inf
 
 import numpy as np
 
-from .. import fourier
+from .. import arguments, fourier
 from .._typing import FloatArray, Image
 from ..photo import from_unit
 from ..psf.base import as_planar_psf
 from ..response import ResponseCurve, reapply
 from .motion import CameraMotion
 from .scenes import Scene, TrueEdge
+
+MOST_PHOTONS = 1e30  # that single precision holds; infinity stands for more
+NOISIEST = 1e6  # noise in irradiance, beside which no light is seen
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,16 +46,16 @@ class Camera:
     jpeg: int | None = None
 
     def __post_init__(self) -> None:
-        if not 0 <= self.noise < inf:
-            raise ValueError(f"expected noise of 0 or more, got {self.noise}")
-        if not self.photons > 0:
-            raise ValueError(f"expected a positive number of photons, got {self.photons}")
-        if self.bits not in (8, 16, None):
+        arguments.instance(self.response, ResponseCurve, "a response curve")
+        arguments.number(self.noise, "noise", least=0, most=NOISIEST)
+        if not (isinstance(self.photons, float) and self.photons == inf):
+            arguments.number(self.photons, "photons", least=1 / NOISIEST, most=MOST_PHOTONS)
+        if self.bits is not None and arguments.whole(self.bits, "8 or 16 bits") not in (8, 16):
             raise ValueError(f"expected 8 or 16 bits or None, got {self.bits}")
-        if self.jpeg is not None and not (self.bits == 8 and 1 <= self.jpeg <= 100):
-            raise ValueError(
-                f"expected a JPEG quality of 1 to 100 with 8 bits, got {self.jpeg} with {self.bits}"
-            )
+        if self.jpeg is not None:
+            arguments.whole(self.jpeg, "a JPEG quality", least=1, most=100)
+            if self.bits != 8:
+                raise ValueError(f"expected 8 bits for JPEG compression, got {self.bits}")
 
     @property
     def dtype(self) -> np.dtype[np.generic]:
@@ -140,6 +143,11 @@ def simulate(
     seed : int
         Seed of the noise: the same seed gives the same photo.
     """
+    arguments.instance(scene, Scene, "a Scene")
+    arguments.instance(camera, Camera, "a Camera")
+    arguments.whole(seed, "a seed", least=0)
+    if not isinstance(psf, CameraMotion):
+        psf = arguments.addable(psf, "a PSF (H, W) or a CameraMotion")
     motion = psf if isinstance(psf, CameraMotion) else None
     middle = as_planar_psf(psf.psf_at((0.0, 0.0)) if isinstance(psf, CameraMotion) else psf)
     sides = scene.linear.shape[0], scene.linear.shape[1]

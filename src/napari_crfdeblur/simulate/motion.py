@@ -5,8 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import ndimage
 
+from .. import arguments
 from .._typing import FloatArray
-from ..psf.shapes import render, shake_path
+from ..psf.shapes import LARGEST, render, shake_path
+from .scenes import checked_shape
 
 # Poses for each pixel that the farthest corner moves: linear interpolation between two poses
 # is then off by an eighth of a pixel at most.
@@ -34,16 +36,18 @@ class CameraMotion:
     turns: FloatArray
 
     def __post_init__(self) -> None:
-        shifts, turns = (np.array(v, dtype=np.float64) for v in (self.shifts, self.turns))
+        shifts = arguments.kept(self.shifts, "shifts (T, 2)", axes=(2,))
+        turns = arguments.kept(self.turns, "turns (T,)", axes=(1,))
         if turns.ndim != 1 or turns.size == 0 or shifts.shape != (turns.size, 2):
             raise ValueError(
                 f"expected as many shifts (T, 2) as turns (T,), got {shifts.shape}, {turns.shape}"
             )
-        if not (np.isfinite(shifts).all() and np.isfinite(turns).all()):
-            raise ValueError("expected finite shifts and turns")
-        for name, values in (("shifts", shifts), ("turns", turns)):
-            values.setflags(write=False)
-            object.__setattr__(self, name, values)
+        if np.abs(shifts).max() > LARGEST or np.abs(turns).max() > 2 * np.pi:
+            raise ValueError(
+                f"expected shifts of at most {LARGEST} pixels and turns of at most 2 pi"
+            )
+        object.__setattr__(self, "shifts", shifts)
+        object.__setattr__(self, "turns", turns)
 
     def path(self, offset: tuple[float, float]) -> FloatArray:
         """Where the light goes that belongs `offset` pixels from the middle, shape (T, 2).
@@ -110,6 +114,10 @@ def camera_turn(size: int, turn: float, seed: int, shape: tuple[int, int]) -> Ca
     shape : (M, N)
         Of the picture: how finely the motion has to be sampled.
     """
+    arguments.odd(size, "size", most=LARGEST)
+    arguments.number(turn, "a turn in radians", least=-2 * np.pi, most=2 * np.pi)
+    arguments.whole(seed, "a seed", least=0)
+    shape = checked_shape(shape)
     random = np.random.default_rng([seed, 1])
     farthest = abs(turn) * np.hypot(*shape) / 2 + 2 * size
     count = max(int(DENSITY * farthest), 2)

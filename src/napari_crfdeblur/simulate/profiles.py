@@ -10,6 +10,7 @@ from numpy.random import Generator
 from numpy.typing import ArrayLike
 from scipy.special import roots_hermitenorm
 
+from .. import arguments
 from .._typing import FloatArray
 from ..photo import to_unit
 from ..profiles.base import ProfileGroup, ProfileSource
@@ -18,6 +19,7 @@ from .camera import Camera
 DrawLevels: TypeAlias = Callable[[Generator, int], FloatArray]
 """Draws the irradiance of the two sides, dark then bright, of J profiles: shape (J, 2)."""
 
+MOST_PIXELS = 1 << 26  # recorded for all profiles of a case: half a gigabyte
 SMALLEST_RANGE = 0.2  # below it, an edge would not be picked
 
 
@@ -71,10 +73,16 @@ class ProfileCase:
     bad: float = 0.0
 
     def __post_init__(self) -> None:
-        if min(self.groups, self.profiles, self.averaged) < 1 or self.samples < 8:
-            raise ValueError(f"expected at least 1 group, profile and pixel, 8 samples: {self}")
-        if not (0 <= self.falling <= 1 and 0 <= self.bad <= 1):
-            raise ValueError(f"expected shares in [0, 1], got {self.falling} and {self.bad}")
+        pixels = 1
+        for name, least in (("groups", 1), ("profiles", 1), ("averaged", 1), ("samples", 8)):
+            what = f"a number of {name}"
+            pixels *= arguments.whole(getattr(self, name), what, least=least, most=MOST_PIXELS)
+        if pixels > MOST_PIXELS:
+            raise ValueError(f"expected at most {MOST_PIXELS} pixels in all profiles, got {pixels}")
+        if not callable(self.levels):
+            raise arguments.refusal("a function that draws levels", self.levels)
+        arguments.number(self.falling, "a share that falls", least=0, most=1)
+        arguments.number(self.bad, "a share that is bad", least=0, most=1)
 
 
 def random_profiles(camera: Camera, case: ProfileCase, *, seed: int) -> list[ProfileGroup]:
@@ -90,6 +98,9 @@ def random_profiles(camera: Camera, case: ProfileCase, *, seed: int) -> list[Pro
         The same seed gives the same profiles; cameras of other response or noise see the
         same edges and blurs.
     """
+    arguments.instance(camera, Camera, "a Camera")
+    arguments.instance(case, ProfileCase, "a ProfileCase")
+    arguments.whole(seed, "a seed", least=0)
     seeds = np.random.SeedSequence(seed).spawn(case.groups)
     groups = []
     for number, child in enumerate(seeds):
@@ -176,7 +187,10 @@ def _random_light(case: ProfileCase, rng: Generator) -> tuple[FloatArray, FloatA
     """Irradiance of the profiles of one group, shape (J, M), and of their sides, (J, 2)."""
     position = np.arange(case.samples) - (case.samples - 1) / 2
     displacement = random_displacement(rng, rng.uniform(0.5, 0.9) * (case.samples - 2))
-    sides = case.levels(rng, case.profiles)
+    what = f"levels of two sides of {case.profiles} profiles"
+    sides = arguments.array(case.levels(rng, case.profiles), what, axes=(2,), finite=True)
+    if sides.shape != (case.profiles, 2):
+        raise arguments.refusal(what, sides)
     falls = rng.permutation(case.profiles) < round(case.falling * case.profiles)
     sides = np.where(falls[:, np.newaxis], sides[:, ::-1], sides)
     shapes = np.tile(edge_shape(position, displacement), (case.profiles, 1))

@@ -6,11 +6,23 @@ from math import pi
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import FloatArray
 from ..edges.base import Edge, Line, Point
 from .raster import paint
 
 Levels = tuple[float, ...]
+MOST_PIXELS = 1 << 28  # of a scene: 3 gigabytes of color
+
+
+def checked_shape(shape: tuple[int, int]) -> tuple[int, int]:
+    """The shape, if it is that of a picture of at most 268 megapixels."""
+    what = "a shape (rows, columns)"
+    sides = arguments.numbers(shape, what, count=2)
+    rows, columns = (arguments.whole(side, what, least=1, most=MOST_PIXELS) for side in sides)
+    if rows * columns > MOST_PIXELS:
+        raise arguments.refusal(f"a shape of at most {MOST_PIXELS} pixels", shape)
+    return rows, columns
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +41,12 @@ class TrueEdge:
     line: Line
     before: Levels
     after: Levels
+
+    def __post_init__(self) -> None:
+        arguments.instance(self.line, Line, "a Line")
+        for name in ("before", "after"):
+            levels = arguments.numbers(getattr(self, name), "irradiance of each channel")
+            object.__setattr__(self, name, levels)
 
     def moved(self, rows: float, columns: float) -> "TrueEdge":
         """The same edge, shifted."""
@@ -53,13 +71,17 @@ class Scene:
     edges: tuple[TrueEdge, ...] = ()
 
     def __post_init__(self) -> None:
-        linear = np.array(self.linear, dtype=np.float32)
+        what = "a scene (M, N) or (M, N, 3)"
+        given = arguments.array(self.linear, what, finite=True)
+        if given.size == 0 or not (given.min() >= 0 and given.max() <= 1):
+            raise ValueError("expected irradiance in [0, 1]")
+        linear = np.array(given, dtype=np.float32)
         linear.setflags(write=False)
         object.__setattr__(self, "linear", linear)
+        edges = arguments.instances(self.edges, TrueEdge, "a tuple of true edges")
+        object.__setattr__(self, "edges", tuple(edges))
         if linear.ndim != 2 and not (linear.ndim == 3 and linear.shape[2] == 3):
-            raise ValueError(f"expected a scene (M, N) or (M, N, 3), got {linear.shape}")
-        if linear.size == 0 or not (linear.min() >= 0 and linear.max() <= 1):
-            raise ValueError("expected irradiance in [0, 1]")
+            raise arguments.refusal(what, linear)
 
 
 def edge_between(
@@ -94,7 +116,10 @@ def step_image(shape: tuple[int, int], levels: Levels = (0.04, 0.4, 0.9, 0.04)) 
     levels : tuple of float
         Irradiance of the bars, from left to right.
     """
-    rows, columns = shape
+    rows, columns = shape = checked_shape(shape)
+    levels = arguments.numbers(levels, "irradiance of each bar", least=0, most=1)
+    if not 0 < len(levels) <= columns:
+        raise ValueError(f"expected 1 to {columns} bars in {columns} columns, got {len(levels)}")
     linear = np.full(shape, levels[0], dtype=np.float32)
     joints = np.arange(1, len(levels)) * columns / len(levels) - 0.5
     edges = []
@@ -126,7 +151,10 @@ def slanted_edges(
     channels : int
         1 for a gray scene, 3 for color.
     """
-    if channels not in (1, 3):
+    shape = checked_shape(shape)
+    arguments.whole(seed, "a seed", least=0)
+    arguments.number(pitch, "a pitch in pixels", least=1)
+    if arguments.whole(channels, "1 or 3 channels") not in (1, 3):
         raise ValueError(f"expected 1 or 3 channels, got {channels}")
     rng = np.random.default_rng(seed)
     linear = np.zeros((*shape, channels), dtype=np.float32)

@@ -5,10 +5,11 @@ from math import tau
 import numpy as np
 from scipy import ndimage
 
+from .. import arguments
 from .._typing import FloatArray
 from .houses import SHOPS, corner_building, house
 from .perspective import Surface, light_of
-from .scenes import Scene
+from .scenes import Scene, checked_shape
 from .truth import clean_edges
 
 WALLS = ("#e9b44c", "#d9654b", "#5b9aa0", "#f0dcc0", "#8fb27a", "#c98bb0")
@@ -30,6 +31,8 @@ def street(shape: tuple[int, int], *, seed: int = 0) -> Scene:
         Colors of the houses, posters and details; the same seed gives the same scene.
     """
     # One stream for each part: what the road draws depends on the size of the picture.
+    shape = checked_shape(shape)
+    arguments.whole(seed, "a seed", least=0)
     clouds, grain, details, leaves = np.random.default_rng(seed).spawn(4)
     canvas = np.empty((*shape, 3), dtype=np.float32)
     _sky(canvas, clouds)

@@ -214,7 +214,7 @@ def test_profiles_that_are_not_finite_cannot_be_made(name, value):
     (group,) = drawn(0)
     values = np.array(getattr(group, name))
     values.flat[-1] = value
-    with pytest.raises(ValueError, match=f"expected finite {name}"):
+    with pytest.raises(ValueError, match=f"expected finite values of {name}"):
         replace(group, **{name: values})
 
 

@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import inf
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Job
@@ -58,14 +58,13 @@ class MaximumLikelihood(ResponseFit):
     channel_shift: float = 0.1
 
     def __post_init__(self) -> None:
-        if not isinstance(self.prior, (Cameras, ResponsePrior)):
-            raise ValueError(f"expected a kind of camera or a prior, got {self.prior!r:.80}")
-        if not (0 < self.shift < inf and 0 < self.channel_shift < inf):
-            raise ValueError(
-                f"expected positive shifts in pixels, got {self.shift} and {self.channel_shift}"
-            )
+        kinds = Cameras, ResponsePrior
+        arguments.instance(self.prior, kinds, "a kind of camera or a prior")
+        arguments.instance(self.noise, NoiseModel, "a NoiseModel")
+        for shift in (self.shift, self.channel_shift):
+            arguments.number(shift, "a positive shift in pixels", least=1e-6, most=1e6)
         if self.psf is not None:
-            psf = as_planar_psf(self.psf)
+            psf = as_planar_psf(arguments.addable(self.psf, "a PSF"))
             psf.setflags(write=False)
             object.__setattr__(self, "psf", psf)
 

@@ -2,12 +2,14 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from .evidence import EdgeGroup
+
+LARGEST = 1e6  # squares of it and of its inverse keep within floats
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,10 +36,9 @@ class NoiseModel:
     freedom: float = 1.0
 
     def __post_init__(self) -> None:
-        if not (0 < self.floor < inf and 0 <= self.mismatch < inf and self.freedom > 0):
-            raise ValueError(
-                f"expected a positive floor and freedom, mismatch of 0 or more: {self}"
-            )
+        arguments.number(self.floor, "a positive floor", least=1e-9, most=LARGEST)
+        arguments.number(self.mismatch, "a mismatch", least=0, most=LARGEST)
+        arguments.number(self.freedom, "a positive freedom", least=1e-9, most=LARGEST)
 
     def weights(self, groups: Sequence[EdgeGroup], evidence: float = 1.0) -> list[FloatArray]:
         """Inverse variance of each sample, shape (E, C, M + 2), for each group.

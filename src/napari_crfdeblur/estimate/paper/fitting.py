@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...profiles.base import ProfileGroup
@@ -19,6 +20,9 @@ from .search import Minimum, Terms, resampling, search
 # Its band over that range, as a share of the prior's: edges that leave half of what is not
 # known of any camera say little.
 WIDEST_BAND = 0.5
+
+LARGEST_DEGREE = 20  # beyond, powers of intensity can hardly be told apart in floats
+LARGEST_WEIGHT = 1e9  # beside which no profile counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,10 +47,11 @@ class PolynomialFit:
     resamples: int = 20
 
     def __post_init__(self) -> None:
-        if self.degree < 1:
-            raise ValueError(f"expected a degree of at least 1, got {self.degree}")
-        if min(self.boundary_weight, self.monotone_weight, self.resamples) < 0:
-            raise ValueError(f"expected weights and resamples that are not negative, got {self}")
+        arguments.whole(self.degree, "a degree", least=1, most=LARGEST_DEGREE)
+        for weight in self.weights:
+            arguments.number(weight, "a weight", least=0, most=LARGEST_WEIGHT)
+        most = arguments.MOST_STEPS
+        arguments.whole(self.resamples, "a number of resamples", least=0, most=most)
 
     @property
     def weights(self) -> tuple[float, float]:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...profiles.base import ProfileGroup
@@ -50,9 +51,9 @@ class KnownPsf(ResponseFit):
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
 
     def __post_init__(self) -> None:
-        if not 0 <= self.largest_shift < float("inf"):
-            raise ValueError(f"expected a shift of 0 or more pixels, got {self.largest_shift}")
-        psf = as_planar_psf(self.psf)
+        arguments.number(self.largest_shift, "a shift in pixels", least=0, most=1000)
+        arguments.instance(self.polynomial, PolynomialFit, "a PolynomialFit")
+        psf = as_planar_psf(arguments.addable(self.psf, "a PSF"))
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Job
@@ -30,6 +31,9 @@ class MeanProfile(ResponseFit):
     """
 
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def __post_init__(self) -> None:
+        arguments.instance(self.polynomial, PolynomialFit, "a PolynomialFit")
 
     def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
         """See :func:`~.by_edge.by_edge`."""

@@ -6,6 +6,7 @@ from enum import Enum
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...profiles.base import ProfileGroup
 from ...progress import Job
@@ -56,6 +57,11 @@ class RankMinimization(ResponseFit):
     tail: Tail = Tail.SECOND
     scale: RowScale = RowScale.RAW
     polynomial: PolynomialFit = field(default_factory=PolynomialFit)
+
+    def __post_init__(self) -> None:
+        arguments.instance(self.tail, Tail, "a member of Tail")
+        arguments.instance(self.scale, RowScale, "a member of RowScale")
+        arguments.instance(self.polynomial, PolynomialFit, "a PolynomialFit")
 
     def arranged(self, groups: Sequence[ProfileGroup]) -> tuple[ProfileGroup, ...]:
         """See :func:`~.by_edge.by_edge`."""

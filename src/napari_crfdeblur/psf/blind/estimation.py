@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import BoolArray, FloatArray
 from ...errors import CrfDeblurError
 from ...progress import Job, Progress
@@ -39,10 +40,9 @@ class BlindEstimator(PsfEstimator):
     region: int = 512
 
     def __post_init__(self) -> None:
-        if self.size is not None and (self.size < 3 or self.size % 2 == 0):
-            raise ValueError(f"expected an odd PSF size of at least 3, got {self.size}")
-        if self.region < 1:
-            raise ValueError(f"expected a region of at least 1 pixel, got {self.region}")
+        if self.size is not None:
+            arguments.odd(self.size, "PSF size")
+        arguments.whole(self.region, "a region in pixels", least=1)
 
     @abstractmethod
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:

@@ -1,15 +1,20 @@
 """PSFs that differ from place to place: the result of a search in every part of a picture."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
+from numbers import Integral
+from types import NoneType
 
 import numpy as np
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...fourier import Shape
 from ..base import PsfStatus
 from .poses import Poses
 
 TURNING = 12**0.5  # standard deviations from the first turn to the last, if all are as likely
+LARGEST = 1e6  # value of a PSF: there are some that were never scaled
 FAR = 1e6  # pixels: wider than any picture
 
 
@@ -40,12 +45,21 @@ class PsfField:
     diagnostics: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        psfs = np.array(self.psfs, dtype=np.float64)
+        psfs = arguments.kept(self.psfs, "PSFs (R, C, H, W)")
         if psfs.ndim != 4 or psfs.size == 0 or not all(side % 2 for side in psfs.shape[2:]):
             raise ValueError(f"expected PSFs (R, C, H, W) with odd H and W, got {psfs.shape}")
+        for row in arguments.instances(self.statuses, Sequence, "rows of statuses"):
+            arguments.instances(row, PsfStatus, "statuses of PSFs")
         if [len(row) for row in self.statuses] != [psfs.shape[1]] * psfs.shape[0]:
             raise ValueError(f"expected a status for each of the {psfs.shape[:2]} PSFs")
-        psfs.setflags(write=False)
+        if psfs.min() < 0 or psfs.max() > LARGEST or not psfs.any(axis=(2, 3)).all():
+            raise ValueError("expected PSFs that are not negative, each of sum 1")
+        for side in arguments.instances(self.shape, Integral, "the shape (M, N) of a picture"):
+            arguments.whole(side, "a side of a picture", least=1)
+        if len(self.shape) != 2:
+            raise arguments.refusal("the shape (M, N) of a picture", self.shape)
+        arguments.instance(self.poses, (Poses, NoneType), "poses of the camera or None")
+        arguments.instance(self.diagnostics, dict, "figures by their names")
         object.__setattr__(self, "psfs", psfs)
 
     @property

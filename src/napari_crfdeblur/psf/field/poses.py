@@ -6,7 +6,9 @@ from math import ceil
 import numpy as np
 from scipy import sparse
 
+from ... import arguments
 from ..._typing import FloatArray
+from ...errors import CrfDeblurError
 
 STEP = 1.0  # pixel that the farthest part moves from one turn to the next
 ITERATIONS = 60  # of expectation maximization
@@ -30,10 +32,18 @@ class Poses:
     times: FloatArray
 
     def __post_init__(self) -> None:
-        for name in ("turns", "times"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+        for name, axes in (("turns", 1), ("times", 3)):
+            values = arguments.kept(getattr(self, name), name, axes=(axes,))
             object.__setattr__(self, name, values)
+        count, rows, columns = self.times.shape
+        if count != len(self.turns) or rows != columns or rows % 2 == 0:
+            raise ValueError(
+                f"expected times of shape ({len(self.turns)}, S, S), S odd, got {self.times.shape}"
+            )
+        if self.times.min() < 0 or not FAINT < self.times.sum() < np.inf:
+            raise ValueError("expected times of at least 0, some of them above, of a finite sum")
+        if np.abs(self.turns).max() > 2 * np.pi:
+            raise ValueError("expected turns of up to 2 pi radians, got larger ones")
 
     @property
     def spread(self) -> float:
@@ -46,6 +56,11 @@ class Poses:
         """The PSF `offset` pixels (rows, columns) from the middle of the picture, (S, S)."""
         size = self.times.shape[1]
         psf = rendering(self.turns, offset, size) @ self.times.ravel()
+        if not psf.sum() > FAINT:
+            raise CrfDeblurError(
+                "the turns of the camera carry all light out of the PSF; give smaller turns or "
+                "larger PSFs"
+            )
         return np.asarray(psf.reshape(size, size) / psf.sum())
 
 

@@ -7,6 +7,7 @@ from typing import ClassVar
 import numpy as np
 from scipy import ndimage
 
+from ... import arguments
 from ..._typing import FloatArray
 from ...progress import Job, Progress
 from ..base import Evidence, PsfEstimate, PsfEstimator, centered, cleared
@@ -28,6 +29,8 @@ FAINT = 0.02  # of a transition at either end, that its width leaves out
 WIDEST = 0.9  # share of the profiles that the automatic size holds
 ROOM = 1.15  # for what hides in the noise at both ends of an edge
 SMALLEST, LARGEST = 5, 61  # automatic size, pixels
+MOST = 127  # size, pixels: the equations have its fourth power of numbers
+STRONGEST = 1e9  # weight of a prior, beside which no profile counts
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,10 +81,10 @@ class RadonFit(PsfEstimator):
     sparsity: float = 3.0
 
     def __post_init__(self) -> None:
-        if self.size is not None and (self.size < 3 or self.size % 2 == 0):
-            raise ValueError(f"expected an odd PSF size of at least 3, got {self.size}")
-        if not (0 <= self.smoothness < np.inf and 0 <= self.sparsity < np.inf):
-            raise ValueError(f"expected smoothness and sparsity of 0 or more, got {self}")
+        if self.size is not None:
+            arguments.odd(self.size, "PSF size", most=MOST)
+        arguments.number(self.smoothness, "a smoothness", least=0, most=STRONGEST)
+        arguments.number(self.sparsity, "a sparsity", least=0, most=STRONGEST)
 
     def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: estimate the PSF from profiles of a known response.
