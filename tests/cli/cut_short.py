@@ -25,8 +25,9 @@ OTHERS += [
 ]
 OTHERS += ["PIL.PngImagePlugin", "tifffile", "imagecodecs", "tempfile", "secrets", "argparse"]
 OURS = "napari_crfdeblur"
-# Where outputs appear and are taken away: half of the moments are there.
-WRITING = (f"{OURS}/io/", f"{OURS}/interrupts", f"{OURS}/cli/stopping", f"{OURS}/cli/__init__")
+# Where outputs appear and what is beside them is taken away: half of the moments are there.
+WRITING = tuple(f"{OURS}/io/{each}.py" for each in ("places", "outputs"))
+APPEARING = ("appear", "_appear", "_set_aside", "drop", "__exit__")
 FIRST = 20  # steps until Ctrl-C is heard, so that the second one does no harm
 MOST = 300  # times that Ctrl-C is pressed once more
 
@@ -41,7 +42,8 @@ class Steps:
     def __call__(self, frame, event, _argument):
         if event in ("call", "line"):
             self.count += 1
-            if self._at == 0 and any(part in frame.f_code.co_filename for part in WRITING):
+            code = frame.f_code
+            if code.co_name in APPEARING and code.co_filename.endswith(WRITING):
                 self.writing.append(self.count)
             if self.count == self._at:
                 self._happen()

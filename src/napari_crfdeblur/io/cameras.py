@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import re
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -23,7 +22,6 @@ from .limits import LIMITS, Limits
 from .records import from_record, to_record
 
 FORMAT, VERSION = "crfdeblur-camera", 1
-DIGEST = re.compile("[0-9a-f]{64}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,7 +193,5 @@ def _record(content: dict[str, Any]) -> CameraRecord:
     if not isinstance(posterior, ResponsePrior):
         raise ValueError("its posterior is not a family of responses")
     camera, *photos = entries
-    if not all(DIGEST.fullmatch(photo["digest"]) for photo in photos):
-        raise ValueError("the digest of a photo is none")
     counted = tuple(CountedPhoto(**photo) for photo in photos)
     return CameraRecord(CameraKey(**camera), posterior, counted)
