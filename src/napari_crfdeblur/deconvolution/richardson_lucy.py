@@ -30,8 +30,8 @@ class RichardsonLucy(Deconvolver):
     frame and 0 outside, where the scene is unknown and estimated along (Bertero & Boccacci
     2005), so that nothing is assumed beyond the border. Where the camera saturated, it is 0 as
     long as ``k * x`` is above `y`: any light above the recorded one explains it. Non-negative, and
-    negative values of `y` count as zero; changes of scale commute with it. Noise grows with the number of steps, unless one of two
-    options holds it back.
+    negative values of `y` count as zero; changes of scale commute with it. Noise grows with the
+    number of steps, unless one of two options holds it back.
 
     Parameters
     ----------
