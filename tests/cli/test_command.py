@@ -294,7 +294,7 @@ def test_a_response_file_that_is_none_is_refused(capsys, change, advice):
         (["deblur", "photo.png", "-o", "out.xyz"], "kind of file"),
         (["deblur", "photo.png", "-o", "photo.png"], "is read by this run"),
         (["deblur", "photo.png", "--response", "gamma:x"], "no response"),
-        (["deblur", "photo.png", "--response", "gamma:-1"], "positive"),
+        (["deblur", "photo.png", "--response", "gamma:-1"], "exponent"),
         (["deblur", "photo.png", "--report", "report.doc"], "kind of file"),
         (["estimate", "photo.png", "--method", "known-psf"], "--psf"),
         (["estimate", "photo.png", "-o", "out.txt"], "kind of file"),

@@ -31,8 +31,7 @@ class RichardsonLucy(Deconvolver):
     2005), so that nothing is assumed beyond the border. Where the camera saturated, it is 0 as
     long as ``k * x`` is above `y`: any light above the recorded one explains it. Non-negative, and
     negative values of `y` count as zero; changes of scale commute with it. Noise grows with the
-    number of steps, unless one of two
-    options holds it back.
+    number of steps, unless one of two options holds it back.
 
     Parameters
     ----------

@@ -242,7 +242,7 @@ def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) 
     """Refuse a photo from which nothing can be found, or whose values are none."""
     if not isinstance(options, DeblurOptions):
         raise ValueError(f"expected DeblurOptions, got {options!r:.80}")
-    if SEEKING & {*ahead}:
+    if have.axes == PLANE and SEEKING & {*ahead}:
         check_photo(have.photo)
         options.check_for(have.sides, have.channels)
     else:
