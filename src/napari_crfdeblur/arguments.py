@@ -29,10 +29,10 @@ _SHORT.maxstring = _SHORT.maxother = SHOWN
 
 def refusal(what: str, got: object) -> ValueError:
     """The error that says what was expected, and what came."""
-    return ValueError(f"expected {what}, got {shown(got)}")
+    return ValueError(f"expected {what}, got {abridged(got)}")
 
 
-def shown(value: object) -> str:
+def abridged(value: object) -> str:
     """A value as messages show it: short, and arrays by their shape and kind."""
     if array_api_compat.is_array_api_obj(value):
         return f"an array {tuple(getattr(value, 'shape', ()))} of {getattr(value, 'dtype', '?')}"
@@ -79,7 +79,7 @@ def whole(value: Any, what: str, *, least: float = -inf, most: float = inf) -> i
     return int(value)
 
 
-def steps(value: Any, what: str, *, least: int = 1, most: float = MOST_STEPS) -> int:
+def step_count(value: Any, what: str, *, least: int = 1, most: float = MOST_STEPS) -> int:
     """The value, if it is a number of steps that end some time."""
     return whole(value, what, least=least, most=most)
 

@@ -132,7 +132,7 @@ def table(result: Demonstration) -> str:
     )
 
 
-def writing(folder: Path) -> Outputs:
+def writing_demo(folder: Path) -> Outputs:
     """All that :func:`write` writes to a folder, which is made if it is missing."""
     names = [f"{name}.png" for name in ("blurred", "sharp", "deblurred", "before-after")]
     names += [_picture(trial) for trial in TRIALS]

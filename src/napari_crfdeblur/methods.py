@@ -9,7 +9,7 @@ from typing import Any
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class Method:
     """A method that can be chosen.
 
     Parameters
@@ -44,45 +44,45 @@ class Choice:
 
 
 RESPONSES = (
-    Choice("likelihood", "maximum likelihood", "estimate", "MaximumLikelihood"),
-    Choice("rank", "rank minimization", "estimate", "RankMinimization"),
-    Choice(
+    Method("likelihood", "maximum likelihood", "estimate", "MaximumLikelihood"),
+    Method("rank", "rank minimization", "estimate", "RankMinimization"),
+    Method(
         "rank-all",
         "rank minimization, all singular values",
         "estimate",
         "RankMinimization",
         (("tail", "Tail.ALL"),),
     ),
-    Choice("mean", "mean profile", "estimate", "MeanProfile"),
+    Method("mean", "mean profile", "estimate", "MeanProfile"),
 )
 """Ways to find the response from the photo alone."""
 
 PSFS = (
-    Choice("variational", "variational", "psf", "Variational"),
-    Choice("xu-jia", "Xu & Jia", "psf", "XuJia"),
-    Choice("fergus", "Fergus et al.", "psf", "Fergus"),
-    Choice("shan", "Shan et al.", "psf", "Shan"),
-    Choice("edges", "straight edges (Radon)", "psf", "RadonFit"),
+    Method("variational", "variational", "psf", "Variational"),
+    Method("xu-jia", "Xu & Jia", "psf", "XuJia"),
+    Method("fergus", "Fergus et al.", "psf", "Fergus"),
+    Method("shan", "Shan et al.", "psf", "Shan"),
+    Method("edges", "straight edges (Radon)", "psf", "RadonFit"),
 )
 """Ways to find the PSF."""
 
 DECONVOLUTIONS = (
-    Choice("local-shrinkage", "local shrinkage", "deconvolution", "LocalShrinkage"),
-    Choice("hyper-laplacian", "hyper-Laplacian", "deconvolution", "HyperLaplacian"),
-    Choice("irls", "sparse (IRLS)", "deconvolution", "SparseIrls"),
-    Choice("total-variation", "total variation", "deconvolution", "TotalVariation"),
-    Choice("wiener", "Wiener", "deconvolution", "Wiener"),
-    Choice("richardson-lucy", "Richardson-Lucy", "deconvolution", "RichardsonLucy"),
+    Method("local-shrinkage", "local shrinkage", "deconvolution", "LocalShrinkage"),
+    Method("hyper-laplacian", "hyper-Laplacian", "deconvolution", "HyperLaplacian"),
+    Method("irls", "sparse (IRLS)", "deconvolution", "SparseIrls"),
+    Method("total-variation", "total variation", "deconvolution", "TotalVariation"),
+    Method("wiener", "Wiener", "deconvolution", "Wiener"),
+    Method("richardson-lucy", "Richardson-Lucy", "deconvolution", "RichardsonLucy"),
 )
 """Ways to undo the blur, the default first."""
 
 
-def words(choices: tuple[Choice, ...]) -> tuple[str, ...]:
+def words(choices: tuple[Method, ...]) -> tuple[str, ...]:
     """What they are called in the command."""
     return tuple(choice.word for choice in choices)
 
 
-def named(choices: tuple[Choice, ...], word: str) -> Choice:
+def named(choices: tuple[Method, ...], word: str) -> Method:
     """The one of this word.
 
     Raises

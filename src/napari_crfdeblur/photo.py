@@ -39,14 +39,14 @@ def check_photo(photo: Image) -> None:
             f"the image is only {photo.shape[1]} x {photo.shape[0]} pixels; "
             "use a photo of at least 8 x 8 pixels"
         )
-    low, high = check_values(color(photo))
+    low, high = check_intensities(color(photo))
     if low >= full_scale(photo):
         raise CrfDeblurError("the image is saturated throughout; use a shorter exposure")
     if low == high:
         raise CrfDeblurError("the image is constant; use a photo that shows something")
 
 
-def check_values(pixels: Image) -> tuple[float, float]:
+def check_intensities(pixels: Image) -> tuple[float, float]:
     """The range of pixels of a photo, alpha left out; refuses what is no intensity.
 
     Raises

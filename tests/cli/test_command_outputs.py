@@ -253,13 +253,13 @@ def test_all_files_of_a_demonstration_are_planned(here, monkeypatch):
     monkeypatch.setattr(demo, "table", lambda _: "table")
     monkeypatch.setattr(demo, "before_after", lambda _: photo)
     monkeypatch.setattr(demo, "_report", lambda _: None)
-    with demo.writing(folder) as outputs:
+    with demo.writing_demo(folder) as outputs:
         planned = {each.path for each in outputs.planned}
         demo.write(made, folder, outputs)
     assert set(folder.iterdir()) == planned
     (folder / "report.html").unlink()
     (folder / "report.html").mkdir()
-    with pytest.raises(CrfDeblurError, match="is a folder"), demo.writing(folder):
+    with pytest.raises(CrfDeblurError, match="is a folder"), demo.writing_demo(folder):
         pass
 
 

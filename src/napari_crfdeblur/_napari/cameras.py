@@ -7,6 +7,7 @@ import numpy as np
 from napari.layers import Image as ImageLayer
 
 from .._typing import Image
+from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
 from ..estimate.likelihood import LiveFit
@@ -20,7 +21,6 @@ from ..io import (
     stored_cameras,
 )
 from ..pipeline import PhotoStack
-from ..pipeline.stack import Region
 from ..progress import Job, Progress
 from ..response import ResponsePrior
 from .session.state import Fitted
@@ -105,7 +105,7 @@ def looking_up(
     return CameraFolder(folder, records, own, photo)
 
 
-def file_of(photo: ImageLayer) -> Path | None:
+def picture_file_of(photo: ImageLayer) -> Path | None:
     """The picture file that a layer was opened from, if it was and the file is there."""
     path = photo.source.path
     return Path(path) if path and Path(path).is_file() else None

@@ -8,12 +8,12 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray, Image
+from ..deconvolution.tiles import Region
 from ..pipeline import Record, Stage
-from ..pipeline.stack import Region
 from ..psf import PsfField
 from ..response import Gamma, ResponseCurve
 from .pixels import KEY, source_of
-from .placing import beside, like
+from .placing import beside, layer_like
 from .provenance import provenance
 from .session.state import State
 from .session.way import record_of, way_of
@@ -65,7 +65,7 @@ def show_preview(
 ) -> ImageLayer:
     """Show a restored part of the photo in place, instead of the last one."""
     remove_preview(session, photo)
-    layer = like(photo, name_of(photo, PREVIEW), pixels, region)
+    layer = layer_like(photo, name_of(photo, PREVIEW), pixels, region)
     layer.metadata[KEY] = {"kind": PREVIEW}
     return _front(session, photo, PREVIEW, layer)
 
@@ -146,7 +146,7 @@ def _add(
     metadata: dict[str, Any],
     **options: Any,
 ) -> ImageLayer:
-    layer = like(photo, name_of(photo, kind), pixels, region, metadata=metadata, **options)
+    layer = layer_like(photo, name_of(photo, kind), pixels, region, metadata=metadata, **options)
     return _front(session, photo, kind, layer)
 
 

@@ -7,7 +7,7 @@ from napari.layers import Image as ImageLayer
 from napari.utils.transforms import Affine
 
 from .._typing import FloatArray, Image
-from ..pipeline.stack import Region
+from ..deconvolution.tiles import Region
 
 SPATIAL = ("scale", "translate", "rotate", "shear", "affine", "units", "axis_labels")
 
@@ -32,7 +32,9 @@ def placed(layer: ImageLayer, region: Region | None = None) -> dict[str, Any]:
     return place
 
 
-def like(layer: ImageLayer, name: str, data: Image, region: Region, **options: Any) -> ImageLayer:
+def layer_like(
+    layer: ImageLayer, name: str, data: Image, region: Region, **options: Any
+) -> ImageLayer:
     """A layer of pixels computed from a region of another one, placed and colored like it."""
     options = {
         "contrast_limits": layer.contrast_limits,

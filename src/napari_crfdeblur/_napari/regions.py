@@ -7,18 +7,18 @@ import numpy as np
 from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 
+from ..deconvolution.tiles import Region
 from ..pipeline import PhotoStack
-from ..pipeline.stack import Region
 from .pixels import source_of
 
 Pairs: TypeAlias = tuple[tuple[int, int], ...]
 """A region as numbers that can be stored: start and stop of each axis."""
 
-Span: TypeAlias = slice | tuple[int, int]
+AxisSpan: TypeAlias = slice | tuple[int, int]
 """One axis of a region, in either form."""
 
 
-def region_of(source: PhotoStack, spans: Sequence[Span]) -> Region:
+def region_from_spans(source: PhotoStack, spans: Sequence[AxisSpan]) -> Region:
     """A region given by start and stop of each axis.
 
     Raises
@@ -38,7 +38,7 @@ def region_of(source: PhotoStack, spans: Sequence[Span]) -> Region:
 def plane_at(source: PhotoStack, index: Sequence[int]) -> Region:
     """The plane of a stack at an index over all axes but rows and columns."""
     stack = [(int(i), int(i) + 1) for i in index]
-    return region_of(source, [*stack, *pairs(source.whole[-2:])])
+    return region_from_spans(source, [*stack, *pairs(source.whole[-2:])])
 
 
 def pairs(region: Region) -> Pairs:

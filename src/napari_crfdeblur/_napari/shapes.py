@@ -7,9 +7,9 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Shapes
 
 from .._typing import FloatArray
+from ..deconvolution.tiles import Region
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
-from ..pipeline.stack import Region
 from ..report.colors import GROUPS, OTHERS, REJECTED
 from .pixels import source_of
 from .placing import placed

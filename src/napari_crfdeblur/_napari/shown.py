@@ -12,7 +12,7 @@ from ..edges import Edge
 from .session.state import EdgeSet
 from .session.step import Effects, Step
 
-Shape: TypeAlias = tuple[int, bytes, Edge | None]
+ShapeMark: TypeAlias = tuple[int, bytes, Edge | None]
 """Number and vertices of a shape, and its edge if it has one already."""
 
 
@@ -40,12 +40,12 @@ class Shown:
     made: dict[bytes, Edge] = field(default_factory=dict)
     refused: bool = False
 
-    def shapes(self) -> list[Shape]:
+    def shapes(self) -> list[ShapeMark]:
         """All shapes of the layer."""
         keys = [_key(vertices) for vertices in self.layer.data]
         return [(n, key, self.known.get(key) or self.made.get(key)) for n, key in enumerate(keys)]
 
-    def pending(self, found: Sequence[Edge]) -> list[Shape]:
+    def pending(self, found: Sequence[Edge]) -> list[ShapeMark]:
         """Shapes that were drawn, but are not among the edges yet; none if they were refused."""
         drawn = [] if self.refused else self.shapes()
         return [
@@ -55,7 +55,7 @@ class Shown:
         ]
 
     def shows(
-        self, edges: EdgeSet | None, written: Sequence[FloatArray], pending: Sequence[Shape]
+        self, edges: EdgeSet | None, written: Sequence[FloatArray], pending: Sequence[ShapeMark]
     ) -> None:
         """Note that the layer shows these edges now, by these vertices, and what is pending."""
         self.made = {key: edge for _, key, edge in pending if edge is not None}

@@ -45,9 +45,9 @@ def _run(argv: Sequence[str] | None) -> int:
     from ..errors import REFUSALS, in_words
     from ..interrupts import uninterrupted
     from .parser import parse
-    from .terminal import complain, quiet
+    from .terminal import complain, silent_libraries
 
-    with quiet():
+    with silent_libraries():
         try:
             arguments = parse(argv)
             with uninterrupted():

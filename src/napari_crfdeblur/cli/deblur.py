@@ -38,7 +38,7 @@ from ..report import Report, write_report
 from ..texts import printable
 from .bar import run
 from .choices import deblur_options
-from .files import beside, photo_or_zarr, writing
+from .files import file_beside, photo_or_zarr, writing
 from .large import (
     ENDINGS,
     check_large,
@@ -121,7 +121,7 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
 
 def psf(arguments: Namespace) -> None:
     """``crfdeblur psf``."""
-    output = arguments.output or beside(arguments.photo, f"{arguments.photo.stem}-psf.png")
+    output = arguments.output or file_beside(arguments.photo, f"{arguments.photo.stem}-psf.png")
     check_cameras(arguments)
     options = deblur_options(arguments)
     with writing(arguments, [Output(output, psfs.SUFFIXES)]) as outputs:
@@ -173,4 +173,4 @@ def _from(camera: StoredCamera | None, options: DeblurOptions) -> DeblurOptions:
 def _beside(photo: Path, ending: str, suffixes: Sequence[str]) -> Path:
     """Default name of a result, in a kind of file that can be written."""
     suffix = photo.suffix if photo.suffix.lower() in suffixes else ".png"
-    return beside(photo, f"{photo.stem}{ending}{suffix}")
+    return file_beside(photo, f"{photo.stem}{ending}{suffix}")

@@ -47,7 +47,7 @@ def photo_or_zarr(path: Path, suffixes: tuple[str, ...]) -> Output:
     return Output(path, suffixes, folder=path.suffix.lower() == ZARR and ZARR in suffixes)
 
 
-def beside(path: Path, name: str) -> Path:
+def file_beside(path: Path, name: str) -> Path:
     """A file of another name in the same folder.
 
     Raises

@@ -42,7 +42,7 @@ turn = between(-LARGEST_TURN, LARGEST_TURN)
 noise = between(0, LARGEST_NOISE)
 
 
-def seed(text: str) -> int:
+def seed_number(text: str) -> int:
     """A whole number that draws another scene."""
     value = _whole(text)
     if value is None or value > LARGEST_SEED:
@@ -65,8 +65,8 @@ def suffix(text: str) -> str:
     return _plain(text)
 
 
-def odd(text: str) -> int:
-    """A size in pixels, at least 3; an even one becomes the next odd one."""
+def odd_size(text: str) -> int:
+    """A size in pixels, at least 3; an even one becomes the next odd_size one."""
     value = _whole(text)
     if value is None or not 3 <= value <= LARGEST_PSF:
         raise ArgumentTypeError(

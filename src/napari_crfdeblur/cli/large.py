@@ -18,7 +18,7 @@ from ..psf import PsfEstimate
 from ..report import Report
 from ..texts import printable
 from .bar import run
-from .files import beside
+from .files import file_beside
 
 PIXELS = 1 << 26  # above which a photo is worked on in tiles
 ENDINGS = (*TIFF, ZARR)
@@ -40,7 +40,7 @@ def wants_tiles(arguments: Namespace, options: DeblurOptions) -> bool:
 def default_output(photo: Path) -> Path:
     """Beside the photo: zarr for zarr, else TIFF."""
     ending = ZARR if photo.is_dir() else ".tif"
-    return beside(photo, f"{photo.stem}-deblurred{ending}")
+    return file_beside(photo, f"{photo.stem}-deblurred{ending}")
 
 
 def check_large(arguments: Namespace, output: Path, options: DeblurOptions) -> None:

@@ -36,7 +36,7 @@ def output(
     )
 
 
-def photo(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
+def photo_argument(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
     """``PHOTO``."""
     command.add_argument("photo", type=kinds.path, metavar="PHOTO", help=text)
 
@@ -72,7 +72,7 @@ def seed(command: ArgumentParser) -> None:
     """``--seed``."""
     command.add_argument(
         "--seed",
-        type=kinds.seed,
+        type=kinds.seed_number,
         default=0,
         metavar="NUMBER",
         help=f"draw another scene: 0 to {kinds.LARGEST_SEED} (default: 0)",
@@ -110,7 +110,7 @@ def psf_size(command: ArgumentParser) -> None:
     """``--psf-size``."""
     command.add_argument(
         "--psf-size",
-        type=kinds.odd,
+        type=kinds.odd_size,
         metavar="PIXELS",
         help=f"largest extent of the PSF, 3 to {kinds.LARGEST_PSF} "
         "(default: found from the picture)",

@@ -81,7 +81,7 @@ def _deblur(add: Add) -> None:
         "deblur a photo",
         "crfdeblur deblur photo.jpg -o sharp.png --report report.html",
     )
-    options.photo(deblur, "PNG, JPEG or TIFF; in tiles NPY and zarr, too")
+    options.photo_argument(deblur, "PNG, JPEG or TIFF; in tiles NPY and zarr, too")
     options.output(deblur, "FILE", "deblurred photo (default: PHOTO-deblurred beside the photo)")
     options.response(deblur)
     options.cameras(deblur)
@@ -132,7 +132,7 @@ def _repeat(add: Add) -> None:
         metavar="RECORD",
         help="what `deblur --record` wrote, or the window exported",
     )
-    options.photo(repeat, "the same photo, or another one")
+    options.photo_argument(repeat, "the same photo, or another one")
     options.output(repeat, "FILE", "the result (default: it is compared, and not written)")
 
 
@@ -204,7 +204,7 @@ def _psf(add: Add) -> None:
         "estimate the point spread function of a photo",
         "crfdeblur psf photo.jpg -o psf.png --response srgb",
     )
-    options.photo(psf)
+    options.photo_argument(psf)
     options.output(
         psf, "FILE", "PSF as .png, .tif or .npy (default: PHOTO-psf.png beside the photo)"
     )
@@ -251,7 +251,7 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--psf-size",
-        type=kinds.odd,
+        type=kinds.odd_size,
         default=21,
         metavar="PIXELS",
         help=f"extent of the blur, 3 to {kinds.LARGEST_PSF} (default: 21)",

@@ -13,13 +13,13 @@ from ..simulate import Camera, CameraMotion, Scene, camera_turn, slanted_edges, 
 from ..simulate import simulate as expose
 from .bar import run
 from .choices import known_response, simulated_psf
-from .files import beside, writing
+from .files import file_beside, writing
 from .terminal import say
 
 
 def demo(arguments: Namespace) -> None:
     """``crfdeblur demo``."""
-    with demonstration.writing(arguments.output) as outputs:
+    with demonstration.writing_demo(arguments.output) as outputs:
         result = run(demonstration.demonstrating(arguments.seed))
         demonstration.write(result, arguments.output, outputs)
     for line in demonstration.table(result).splitlines():
@@ -53,10 +53,10 @@ def simulate(arguments: Namespace) -> None:
 
 
 def _simulated_files(photo: Path) -> dict[str, Output]:
-    """The photo, and what is written beside it."""
+    """The photo, and what is written file_beside it."""
     endings = {"sharp": photo.suffix, "psf": ".npy", "response": ".json"}
     others = {
-        name: Output(beside(photo, f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))
+        name: Output(file_beside(photo, f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))
         for name, suffix in endings.items()
     }
     return {"photo": Output(photo, images.WRITABLE), **others}

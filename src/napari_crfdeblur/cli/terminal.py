@@ -53,7 +53,7 @@ def _silence(stream: TextIO) -> None:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def silent_libraries() -> Iterator[None]:
     """Keep what libraries log and warn of off the terminal.
 
     Whoever makes errors of warnings still gets them.

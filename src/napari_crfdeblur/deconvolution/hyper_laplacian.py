@@ -57,9 +57,9 @@ class HyperLaplacian(Regularized):
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
         arguments.number(self.exponent, "an exponent", above=0, below=1)
-        arguments.steps(self.stages, "a number of stages", most=MOST_STAGES)
+        arguments.step_count(self.stages, "a number of stages", most=MOST_STAGES)
         most = arguments.MOST_STEPS // self.stages
-        arguments.steps(self.steps, "a number of steps", most=most)
+        arguments.step_count(self.steps, "a number of steps", most=most)
 
     def run(
         self,

@@ -13,7 +13,7 @@ from ..fourier import forward, gradient_power, inverse, laplacian_power
 from ..progress import Job, Progress
 from .highlights import filling
 from .noise import PlaneStatistics
-from .recorded import Blur, blurring
+from .recorded import RecordedBlur, blurring
 from .regularized import Regularized
 
 SECOND = 0.25  # share of the second derivatives in the prior
@@ -60,9 +60,9 @@ class SparseIrls(Regularized):
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
         arguments.number(self.exponent, "an exponent", above=0, below=2)
-        arguments.steps(self.iterations, "a number of iterations")
+        arguments.step_count(self.iterations, "a number of iterations")
         most = arguments.MOST_STEPS // self.iterations
-        arguments.steps(self.steps, "a number of steps", most=most)
+        arguments.step_count(self.steps, "a number of steps", most=most)
 
     def run(
         self,
@@ -99,7 +99,7 @@ class SparseIrls(Regularized):
         return sharp[frame(plane.shape)] * found.contrast
 
 
-def _guessing(extended: FloatArray, blur: Blur, at: Progress) -> Job[FloatArray]:
+def _guessing(extended: FloatArray, blur: RecordedBlur, at: Progress) -> Job[FloatArray]:
     """Job: a linear first guess of `x`, from the light that was guessed in the gaps, too."""
     spectrum = forward(extended)
     yield at
@@ -128,7 +128,7 @@ class _System:
     That has the mean weights, and all pixels recorded.
     """
 
-    def __init__(self, blur: Blur, weights: list[FloatArray]) -> None:
+    def __init__(self, blur: RecordedBlur, weights: list[FloatArray]) -> None:
         self.blur, self.weights, self.shape = blur, weights, weights[0].shape
         means = [arrays.mean(each) for each in weights]
         axes = len(self.shape)

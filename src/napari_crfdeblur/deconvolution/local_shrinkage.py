@@ -69,7 +69,7 @@ class LocalShrinkage(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        arguments.steps(self.stages, "a number of stages", least=2)
+        arguments.step_count(self.stages, "a number of stages", least=2)
 
     def run(
         self,

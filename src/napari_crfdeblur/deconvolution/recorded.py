@@ -99,7 +99,7 @@ def recording(
     return extended, Recorded(extended, gain, correlated, sides)
 
 
-class Blur(Protocol):
+class RecordedBlur(Protocol):
     """The blur `K` and the mask `M` of what was recorded, for iterations on ``K'MK x = K'My``.
 
     Parameters
@@ -213,7 +213,7 @@ def blurring(
     psf: FloatArray,
     clipped: BoolArray | None,
     at: Progress,
-) -> Job[Blur]:
+) -> Job[RecordedBlur]:
     """Job: the blur and the mask of a plane that was extended for deconvolution."""
     transfer = kept_otf(psf, extended.shape, extended)
     yield at

@@ -53,7 +53,7 @@ class RichardsonLucy(Deconvolver):
     damping: float = 0.0
 
     def __post_init__(self) -> None:
-        arguments.steps(self.iterations, "a number of iterations")
+        arguments.step_count(self.iterations, "a number of iterations")
         what = "a weight of total variation"
         arguments.number(self.total_variation, what, least=0, most=0.1)
         what = "damping in standard deviations"

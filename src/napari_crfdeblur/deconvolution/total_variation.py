@@ -52,7 +52,7 @@ class TotalVariation(Regularized):
 
     def __post_init__(self) -> None:
         Regularized.__post_init__(self)
-        arguments.steps(self.iterations, "a number of iterations")
+        arguments.step_count(self.iterations, "a number of iterations")
 
     def run(
         self,

@@ -102,7 +102,7 @@ class ResponseEstimate:
             object.__setattr__(self, name, values)
 
 
-class Following(Protocol):
+class LiveEstimate(Protocol):
     """An estimate that can follow its profiles while they change, a step at a time."""
 
     @property
@@ -121,12 +121,12 @@ class Responses:
     ----------
     estimates : tuple of ResponseEstimate
         One for all channels, or one for each.
-    fits : tuple of Following
+    fits : tuple of LiveEstimate
         What it takes to follow the profiles from here, for each estimate; empty if it cannot.
     """
 
     estimates: tuple[ResponseEstimate, ...]
-    fits: tuple[Following, ...] = field(default=(), repr=False)
+    fits: tuple[LiveEstimate, ...] = field(default=(), repr=False)
 
     @property
     def curve(self) -> Response:

@@ -13,7 +13,7 @@ from ..errors import DAMAGED, CrfDeblurError
 from ..texts import brief
 from .files import check_output, write_text
 from .inputs import read_bytes
-from .json_files import numbers, parse_json
+from .json_files import number_list, parse_json
 from .limits import LIMITS, Limits
 
 FORMAT, VERSION = "crfdeblur-edges", 1
@@ -118,7 +118,7 @@ def _line(entry: dict[str, Any]) -> Line | Rectangle:
 
 
 def _point(values: Any) -> tuple[float, float]:
-    row, column = (float(each) for each in numbers(values))
+    row, column = (float(each) for each in number_list(values))
     if not max(abs(row), abs(column)) <= FARTHEST:  # in this way it is false for NaN
         raise ValueError(f"no photo reaches to [{row:g}, {column:g}]")
     return row, column

@@ -13,7 +13,7 @@ from ..estimate import ResponseEstimate
 from ..response import Tabulated
 from ..texts import brief
 from .files import check_output, write_text
-from .json_files import numbers, read_json
+from .json_files import number_list, read_json
 from .limits import LIMITS, Limits
 
 FORMAT, VERSION, DIRECTION = "crfdeblur-response", 1, "inverse"
@@ -119,11 +119,11 @@ def _channel(name: str, estimate: ResponseEstimate) -> dict[str, Any]:
 
 def _curve(channel: Any, where: str) -> Tabulated:
     try:
-        intensity = np.array(numbers(channel["intensity"]), dtype=np.float64)
-        irradiance = np.array(numbers(channel["irradiance"]), dtype=np.float64)
+        intensity = np.array(number_list(channel["intensity"]), dtype=np.float64)
+        irradiance = np.array(number_list(channel["irradiance"]), dtype=np.float64)
     except (LookupError, OverflowError, TypeError, ValueError) as error:
         raise CrfDeblurError(
-            f'{where}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
+            f'{where}: a channel lacks its lists of number_list "intensity" and "irradiance"; '
             "estimate the response again"
         ) from error
     try:

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..pipeline import DEFAULT_METHOD, DeblurOptions, Intermediates, Stage, edges_needed, walking
 from ..pipeline.intermediates import PLANE, made
-from ..pipeline.stack import Region
 from ..progress import Job
 from ..psf import GivenPsf
 from .region import informative_region, read_part

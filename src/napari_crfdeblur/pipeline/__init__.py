@@ -6,7 +6,7 @@ from .path import DEFAULT_METHOD, PATH, Stage, edges_needed, suited_estimator, w
 from .profiled import profiles_for, profiling
 from .record import Pixels, Record
 from .repeat import Repeated, repeating
-from .stack import PhotoStack, Restored, restoring
+from .stack import PhotoStack, Restored, restoring_stack
 from .verb import Deblurred, deblur, deblurring
 
 __all__ = [
@@ -28,7 +28,7 @@ __all__ = [
     "profiles_for",
     "profiling",
     "repeating",
-    "restoring",
+    "restoring_stack",
     "suited_estimator",
     "walking",
 ]

@@ -5,14 +5,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from .._typing import FloatArray
+from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..psf import PsfField
 from .intermediates import PLANE
 
 Blur: TypeAlias = FloatArray | PsfField
 """A PSF, shape (H, W) for slices or (D, H, W) for volumes; or those of all parts of a slice."""
-
-Spans: TypeAlias = tuple[slice, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -45,7 +44,7 @@ def axes_of(blur: Blur) -> int:
     return len(_sides(blur))
 
 
-def part_of(blur: Blur, region: Spans) -> Blur:
+def part_of(blur: Blur, region: Region) -> Blur:
     """The blur of a region of a photo."""
     if not isinstance(blur, PsfField):
         return blur
@@ -59,7 +58,7 @@ def part_of(blur: Blur, region: Spans) -> Blur:
     )
 
 
-def widened(region: Spans, blur: Blur, shape: Sequence[int]) -> Spans:
+def widened(region: Region, blur: Blur, shape: Sequence[int]) -> Region:
     """A region with one side of the PSF around it: so far its light went, and some more."""
     sides = _sides(blur)
     margins = (0,) * (len(region) - len(sides)) + sides
@@ -98,7 +97,7 @@ def check_fit(blur: Blur, shape: Sequence[int], name: str) -> None:
         )
 
 
-def check_reach(blur: Blur, shape: Sequence[int], region: Spans, name: str) -> None:
+def check_reach(blur: Blur, shape: Sequence[int], region: Region, name: str) -> None:
     """Refuse a region with fewer slices than a PSF of volumes has.
 
     Raises

@@ -10,12 +10,10 @@ from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
 from ..psf import PsfEstimator
+from ..psf.field.regions import PartGrid
 
 Drawn: TypeAlias = Edge | Line | Rectangle
 """What tells where an edge is: one that was measured, or a drawn line or rectangle."""
-
-Grid: TypeAlias = tuple[int, int]
-"""Rows and columns of parts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +51,7 @@ class DeblurOptions:
     blur_extent: float | None = None
     psf: PsfEstimator | None = None
     method: Deconvolver | None = None
-    regions: int | Grid | None = None
+    regions: int | PartGrid | None = None
 
     def __post_init__(self) -> None:
         _check("response", self.response, ResponseFit, "a method to find the response")
@@ -68,7 +66,7 @@ class DeblurOptions:
         if self.regions is not None:
             object.__setattr__(self, "regions", _regions(self.regions))
 
-    def check_for(self, sides: Grid, channels: int) -> None:
+    def check_for(self, sides: PartGrid, channels: int) -> None:
         """Refuse what does not fit a photo, before any work.
 
         Parameters
@@ -125,7 +123,7 @@ def _extent(extent: object) -> float:
     return value
 
 
-def _regions(regions: object) -> int | Grid:
+def _regions(regions: object) -> int | PartGrid:
     counts = regions if isinstance(regions, tuple | list) else (regions,)
     whole = [isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in counts]
     if not (all(whole) and len(counts) == (2 if isinstance(regions, tuple | list) else 1)):

@@ -21,7 +21,7 @@ from ..deconvolution.varying import deconvolving_varying
 from ..edges import Edge, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
 from ..estimate import estimating_responses
-from ..photo import check_photo, check_values
+from ..photo import check_intensities, check_photo
 from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
 from ..progress import Job
 from ..psf import (
@@ -246,7 +246,7 @@ def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) 
         check_photo(have.photo)
         options.check_for(have.sides, have.channels)
     else:
-        check_values(have.colors)
+        check_intensities(have.colors)
 
 
 def _refining(photo: Image, drawn: tuple[Drawn, ...], extent: float) -> Job[tuple[Edge, ...]]:

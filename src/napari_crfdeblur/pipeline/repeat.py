@@ -2,12 +2,13 @@
 
 from dataclasses import dataclass
 
+from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..progress import Job
 from .intermediates import Intermediates, made
 from .path import Stage, walking
 from .record import Pixels, Record, identifying, pixels_of, versions
-from .stack import PhotoStack, Region, Restored, restoring
+from .stack import PhotoStack, Restored, restoring_stack
 
 RESTORING = (Stage.LINEAR, Stage.RESTORE, Stage.REAPPLY)
 
@@ -97,7 +98,7 @@ def repeating(record: Record, stack: PhotoStack) -> Job[Repeated]:
     psf = made(found.psf, "a PSF").psf if record.until is not Stage.LINEAR else None
     blur = found.field if found.field is not None else psf
     response = made(found.response, "a response")
-    restored = yield from restoring(
+    restored = yield from restoring_stack(
         stack, region, response, blur, record.options, until=record.until
     )
     newest = next(

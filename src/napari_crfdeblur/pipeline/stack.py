@@ -3,11 +3,12 @@
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from .._typing import FloatArray, Image
+from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..estimate import Responses
 from ..photo import from_unit
@@ -17,9 +18,6 @@ from .blur import Blur, axes_of, check_reach, part_of
 from .intermediates import PLANE, Intermediates
 from .options import DeblurOptions
 from .path import Stage, walking
-
-Region: TypeAlias = tuple[slice, ...]
-"""Part of a stack: one slice with start and stop for each axis, color left out."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -103,7 +101,7 @@ class Restored:
     photo: Image | None = None
 
 
-def restoring(
+def restoring_stack(
     stack: PhotoStack,
     region: Region,
     response: Responses,
@@ -139,7 +137,7 @@ def restoring(
     if blur is not None:
         check_reach(blur, stack.shape, region, stack.name)
         axes = axes_of(blur)
-    known, parts = start or Restored(), list(pieces(region, axes))
+    known, parts = start or Restored(), list(stack_pieces(region, axes))
     first = Stage.LINEAR if known.linear is None else Stage.RESTORE
     first = first if known.sharp_linear is None else Stage.REAPPLY
     lead = tuple(axis.stop - axis.start for axis in region[: len(region) - axes])
@@ -168,10 +166,10 @@ def restoring(
 
 def planes_of(region: Region) -> Iterator[Region]:
     """The region plane by plane: slices of length 1 on all axes but rows and columns."""
-    return (piece for _, piece in pieces(region, PLANE))
+    return (piece for _, piece in stack_pieces(region, PLANE))
 
 
-def pieces(region: Region, axes: int) -> Iterator[tuple[tuple[int, ...], Region]]:
+def stack_pieces(region: Region, axes: int) -> Iterator[tuple[tuple[int, ...], Region]]:
     """The region piece by piece: the index of each over the first axes, and where it lies."""
     lead, inner = region[: len(region) - axes], region[len(region) - axes :]
     for index in product(*(range(axis.stop - axis.start) for axis in lead)):

@@ -14,7 +14,7 @@ from ...io.images import WRITABLE
 from ..pixels import KEY
 from ..session.batch import restoring_files, restoring_layers
 from ..session.export import EXPORTS, exporting
-from ..session.record import repeating
+from ..session.record import repeating_record
 from ..session.step import Step
 from .base import Dock
 from .choices import AUTOMATIC, deconvolvers
@@ -85,7 +85,7 @@ class BatchDock(Dock):
 
     def repeat(self, path: Path, block: bool = True) -> None:
         """Do what a record says on this photo; in a thread unless it blocks."""
-        self.begin(lambda: repeating(self.session, path), block=block)
+        self.begin(lambda: repeating_record(self.session, path), block=block)
 
     def copy_script(self) -> None:
         """Put what was done on the clipboard, as a Python script."""

@@ -21,7 +21,7 @@ from ..pixels import KEY, kernel_of
 from ..psf_editing import PsfEditing
 from ..session.blur import estimating_psf
 from ..session.step import Level, Message, Step
-from ..session.workspace import doubted, trust_in
+from ..session.workspace import doubted, trust_in_parts
 from ..shapes import drawing_layer, group_color, region_drawn_on
 from .base import SHADES, Dock, Followed
 from .choices import AUTOMATIC, FROM_EDGES, chosen_regions, psf_estimators, regions_box
@@ -265,7 +265,9 @@ class BlurDock(Dock):
             sides = " x ".join(str(side) for side in reversed(psf.psf.shape))
             text, doubt = f"{sides} px: {psf.status.value}", psf.status.doubted
         if parts is not None:
-            text = f"{text}<br>PSFs of {'{} x {}'.format(*parts.grid)} parts: {trust_in(parts)}"
+            text = (
+                f"{text}<br>PSFs of {'{} x {}'.format(*parts.grid)} parts: {trust_in_parts(parts)}"
+            )
             doubt |= doubted(parts)
         if doubt:
             shade = SHADES[get_theme(self.session.viewer.theme).type][Level.DOUBT]

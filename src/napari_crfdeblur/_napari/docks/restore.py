@@ -8,9 +8,9 @@ from magicgui.widgets import CheckBox, ComboBox, Container, Label
 from magicgui.widgets.bases import Widget
 from napari.layers import Layer
 
+from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...large.store import SUFFIXES
-from ...pipeline.stack import Region
 from .. import outputs
 from ..preferences import preferences
 from ..regions import visible_part

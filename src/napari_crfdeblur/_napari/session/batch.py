@@ -29,7 +29,7 @@ ONE_PSF = (
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class BatchResult:
+class PhotosDone:
     """What became of each photo.
 
     Parameters
@@ -61,7 +61,7 @@ class BatchVerbs(Workspace):
 
     def restore_layers(
         self, photos: Sequence[ImageLayer], method: Deconvolver | None = None
-    ) -> BatchResult:
+    ) -> PhotosDone:
         """Restore other photos with the response and the PSF of this one, as layers.
 
         Parameters
@@ -78,7 +78,7 @@ class BatchVerbs(Workspace):
         paths: Sequence[Path | str],
         folder: Path | str,
         method: Deconvolver | None = None,
-    ) -> BatchResult:
+    ) -> PhotosDone:
         """Restore files with the response and the PSF of this photo.
 
         Parameters
@@ -95,7 +95,7 @@ class BatchVerbs(Workspace):
 
 def restoring_layers(
     session: Workspace, photos: Sequence[ImageLayer], method: Deconvolver | None = None
-) -> Step[dict[int, Product | str], BatchResult]:
+) -> Step[dict[int, Product | str], PhotosDone]:
     """Step of :meth:`BatchVerbs.restore_layers`."""
     blur, used = session.required_blur(), method or DEFAULT_METHOD
     chosen = [unwrapped(photo) for photo in photos]
@@ -105,8 +105,8 @@ def restoring_layers(
     fitted, estimate = session.required_response(), session.required_psf()
     parts = session.state.field
 
-    def finish(found: dict[int, Product | str]) -> Effects[BatchResult]:
-        result = BatchResult({}, {})
+    def finish(found: dict[int, Product | str]) -> Effects[PhotosDone]:
+        result = PhotosDone({}, {})
         for number, product in found.items():
             photo, source = chosen[number], sources[number]
             if isinstance(product, str):
@@ -134,7 +134,7 @@ def restoring_files(
     paths: Sequence[Path | str],
     folder: Path | str,
     method: Deconvolver | None = None,
-) -> Step[BatchResult, BatchResult]:
+) -> Step[PhotosDone, PhotosDone]:
     """Step of :meth:`BatchVerbs.restore_files`."""
     blur, used = session.required_blur(), method or DEFAULT_METHOD
     if isinstance(blur, PsfField) or axes_of(blur) != PLANE:
@@ -144,7 +144,7 @@ def restoring_files(
         raise CrfDeblurError("no file is chosen: choose one or more photos")
 
     @at_once
-    def finish(result: BatchResult) -> BatchResult:
+    def finish(result: PhotosDone) -> PhotosDone:
         session.say(result.sentence, Level.ERROR if result.failed else Level.INFO)
         return result
 
@@ -168,7 +168,7 @@ def _each_layer(
     return found
 
 
-def _each_file(batch: Batch) -> Job[BatchResult]:
+def _each_file(batch: Batch) -> Job[PhotosDone]:
     """Long job: every file restored and written; a bad one never stops the others."""
     found = yield from deblurring_files(batch)
     names = [each.photo.name for each in found.outcomes]
@@ -176,7 +176,7 @@ def _each_file(batch: Batch) -> Job[BatchResult]:
         each.photo.name if names.count(each.photo.name) == 1 else str(each.photo): each
         for each in found.outcomes
     }
-    return BatchResult(
+    return PhotosDone(
         {name: each.result for name, each in named.items() if each.result is not None},
         {name: each.reason for name, each in named.items() if each.result is None},
         tuple(name for name, each in named.items() if each.fate is Fate.KEPT),

@@ -7,17 +7,17 @@ from pathlib import Path
 from napari.layers import Image as ImageLayer
 
 from ..._typing import FloatArray
+from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...pipeline import DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...pipeline.blur import check_fit
 from ...pipeline.intermediates import made
-from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ...psf import PsfEstimate, PsfEstimator, PsfField, PsfStatus, as_psf
 from .. import outputs
 from ..blur_files import read_blur
 from ..pixels import kernel_of, unwrapped
-from ..regions import Span
+from ..regions import AxisSpan
 from .state import EdgeSet, Fitted, Sought
 from .step import Step, at_once
 from .workspace import Workspace
@@ -35,7 +35,7 @@ class BlurVerbs(Workspace):
         self,
         method: PsfEstimator | None = None,
         *,
-        region: Sequence[Span] | None = None,
+        region: Sequence[AxisSpan] | None = None,
         regions: int | tuple[int, int] | None = None,
     ) -> PsfEstimate:
         """Estimate the PSF in linear light; it is shown as a layer beside the photo.
@@ -98,7 +98,7 @@ def estimating_psf(
     session: Workspace,
     method: PsfEstimator | None = None,
     *,
-    region: Sequence[Span] | None = None,
+    region: Sequence[AxisSpan] | None = None,
     regions: int | tuple[int, int] | None = None,
 ) -> Step[Intermediates, PsfEstimate]:
     """Step of :meth:`BlurVerbs.estimate_psf`."""

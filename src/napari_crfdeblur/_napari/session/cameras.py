@@ -6,7 +6,7 @@ from pathlib import Path
 from ...errors import CrfDeblurError
 from ...io import CameraKey, keep_estimate
 from ...progress import Job, Progress
-from ..cameras import CameraFolder, check_kept, file_of, looking_up
+from ..cameras import CameraFolder, check_kept, looking_up, picture_file_of
 from .step import Step, at_once
 from .workspace import Workspace
 
@@ -24,7 +24,7 @@ def looking_up_cameras(
         Gets what was found, unless another photo is at work by then.
     """
     photo, source = session.source()
-    job = looking_up(source, session.plane(None), file_of(photo), folder)
+    job = looking_up(source, session.plane(None), picture_file_of(photo), folder)
 
     @at_once
     def finish(found: CameraFolder) -> None:

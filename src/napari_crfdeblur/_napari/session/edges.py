@@ -6,11 +6,11 @@ from pathlib import Path
 
 from napari.layers import Image as ImageLayer
 
+from ...deconvolution.tiles import Region
 from ...edges import Edge
 from ...errors import CrfDeblurError
 from ...io import read_edges
 from ...pipeline import DeblurOptions, Drawn, Intermediates, PhotoStack, Stage, walking
-from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ..regions import stack_index
 from .state import EdgeSet, State, edge_set

@@ -24,7 +24,7 @@ from ..blur_files import write_blur
 from ..blurs import draw_blur, seen
 from ..pixels import source_of
 from ..script import as_script
-from .record import recorded
+from .record import session_record
 from .step import Step, at_once
 from .workspace import Workspace
 
@@ -128,12 +128,12 @@ def _psf(session: Workspace) -> Write:
 
 
 def _record(session: Workspace) -> Write:
-    content = recorded(session)
+    content = session_record(session)
     return lambda path: write_text(path, json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 def _script(session: Workspace) -> Write:
-    content = as_script(recorded(session))
+    content = as_script(session_record(session))
     return lambda path: write_text(path, content)
 
 

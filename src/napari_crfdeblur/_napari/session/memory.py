@@ -4,9 +4,9 @@ from math import prod
 
 import psutil  # type: ignore[import-untyped]
 
+from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...pipeline import PhotoStack
-from ...pipeline.stack import Region
 
 SHARE = 0.5  # of the memory that is free: what results may take
 GIGA = 1e9

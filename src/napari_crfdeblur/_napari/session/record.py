@@ -23,7 +23,7 @@ class RecordVerbs(Workspace):
 
     def record(self) -> dict[str, Any]:
         """All that was done on the photo and what came out, JSON-safe."""
-        return recorded(self)
+        return session_record(self)
 
     def script(self) -> str:
         """What was done on the photo, as a Python script that runs without a display."""
@@ -42,10 +42,10 @@ class RecordVerbs(Workspace):
         list of str
             Whether the same came out, pixel by pixel, and if not, why; as the session says it.
         """
-        return self.do(repeating(self, saved))
+        return self.do(repeating_record(self, saved))
 
 
-def recorded(session: Workspace) -> dict[str, Any]:
+def session_record(session: Workspace) -> dict[str, Any]:
     """What was done on the photo of a session, and what came out, JSON-safe."""
     photo, source = session.source()
     state = session.state
@@ -53,7 +53,7 @@ def recorded(session: Workspace) -> dict[str, Any]:
     return provenance(photo, "session", state, record)
 
 
-def repeating(
+def repeating_record(
     session: Workspace, saved: Record | Path | str | dict[str, Any]
 ) -> Step[Repeated, list[str]]:
     """Step of :meth:`RecordVerbs.repeat`."""

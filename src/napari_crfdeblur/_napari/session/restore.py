@@ -9,6 +9,7 @@ from napari.layers import Image as ImageLayer
 
 from ..._typing import Image
 from ...deconvolution import Deconvolver
+from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...estimate import GivenResponse, Responses, given_responses
 from ...pipeline import (
@@ -19,16 +20,15 @@ from ...pipeline import (
     Record,
     Restored,
     Stage,
-    restoring,
+    restoring_stack,
 )
 from ...pipeline.blur import Blur, widened
 from ...pipeline.intermediates import made
 from ...pipeline.record import identifying, pixels_of
-from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ...response import Gamma, Response, ResponseCurve, clipped_share
 from .. import outputs
-from ..regions import Span, visible_part
+from ..regions import AxisSpan, visible_part
 from .memory import check_room
 from .state import Fitted, Linear, Sharp
 from .step import Effects, Step, at_once
@@ -52,7 +52,7 @@ class Product:
 class RestoreVerbs(Workspace):
     """Verbs of a session that make new pictures of the photo."""
 
-    def linearize(self, *, region: Sequence[Span] | None = None) -> ImageLayer:
+    def linearize(self, *, region: Sequence[AxisSpan] | None = None) -> ImageLayer:
         """Undo the response: the photo in linear light, as a layer.
 
         Parameters
@@ -77,7 +77,7 @@ class RestoreVerbs(Workspace):
         return self.do(reapplying(self))
 
     def restore(
-        self, method: Deconvolver | None = None, *, region: Sequence[Span] | None = None
+        self, method: Deconvolver | None = None, *, region: Sequence[AxisSpan] | None = None
     ) -> ImageLayer:
         """Linearize, deconvolve and re-apply; returns the layer of the deblurred photo."""
         return self.do(restoring_photo(self, method, region=region))
@@ -87,7 +87,7 @@ class RestoreVerbs(Workspace):
         curve: ResponseCurve | None = None,
         method: Deconvolver | None = None,
         *,
-        region: Sequence[Span] | None = None,
+        region: Sequence[AxisSpan] | None = None,
     ) -> ImageLayer:
         """Restore the photo with another response, gamma 2.2 by default, and the same PSF."""
         return self.do(comparing(self, curve, method, region=region))
@@ -109,7 +109,7 @@ class RestoreVerbs(Workspace):
 
 
 def linearizing(
-    session: Workspace, *, region: Sequence[Span] | None = None
+    session: Workspace, *, region: Sequence[AxisSpan] | None = None
 ) -> Step[Product, ImageLayer]:
     """Step of :meth:`RestoreVerbs.linearize`."""
     photo, source = session.source()
@@ -201,7 +201,7 @@ def restoring_photo(
     session: Workspace,
     method: Deconvolver | None = None,
     *,
-    region: Sequence[Span] | None = None,
+    region: Sequence[AxisSpan] | None = None,
 ) -> Step[Product, ImageLayer]:
     """Step of :meth:`RestoreVerbs.restore`: linearize, deconvolve and re-apply in one."""
     photo, source = session.source()
@@ -223,7 +223,7 @@ def comparing(
     curve: ResponseCurve | None = None,
     method: Deconvolver | None = None,
     *,
-    region: Sequence[Span] | None = None,
+    region: Sequence[AxisSpan] | None = None,
 ) -> Step[Product, ImageLayer]:
     """Step of :meth:`RestoreVerbs.compare_with`."""
     photo, source = session.source()
@@ -316,7 +316,7 @@ def show_all(
     return restored
 
 
-def _where(session: Workspace, source: PhotoStack, region: Sequence[Span] | None) -> Region:
+def _where(session: Workspace, source: PhotoStack, region: Sequence[AxisSpan] | None) -> Region:
     """The region that is restored, whose results fit into memory."""
     where = source.whole if region is None else session.region(region)
     check_room(source, where)
@@ -339,7 +339,7 @@ def making(
 ) -> Job[Product]:
     """Long job: the second half of the path for a region, and what tells it from others."""
     photo = yield from identifying(source)
-    restored = yield from restoring(
+    restored = yield from restoring_stack(
         source, region, responses, blur, options, start=start, until=until
     )
     newest = {
@@ -355,7 +355,7 @@ def within(
 ) -> Job[Image]:
     """Long job: a region restored with a margin, so that its borders are those of the whole."""
     wide = widened(region, blur, source.shape)
-    whole = yield from restoring(source, wide, responses, blur, options)
+    whole = yield from restoring_stack(source, wide, responses, blur, options)
     inner = tuple(
         slice(part.start - outer.start, part.stop - outer.start)
         for part, outer in zip(region, wide, strict=True)

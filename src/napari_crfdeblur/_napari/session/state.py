@@ -5,13 +5,13 @@ from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
 
+from ...deconvolution.tiles import Region
 from ...edges import Edge
 from ...estimate import Finding, PerChannel, ResponseEstimate, ResponseFit, Responses
-from ...estimate.base import Following
+from ...estimate.base import LiveEstimate
 from ...pipeline import DeblurOptions, Drawn, Intermediates
 from ...pipeline.blur import Blur
 from ...pipeline.record import Record
-from ...pipeline.stack import Region
 from ...profiles import ProfileGroup
 from ...psf import PsfEstimate, PsfEstimator, PsfField
 from ...response import Response, ResponseCurve
@@ -81,7 +81,7 @@ class Fitted:
         Profiles that went into it; empty if it was given.
     edges : EdgeSet or None
         Edges of the photo at that time; None if it was given.
-    fits : tuple of Following
+    fits : tuple of LiveEstimate
         What it takes to follow the edges from here, for each estimate; empty if it cannot.
     method : ResponseFit, optional
         How it was found; None if it was given.
@@ -92,7 +92,7 @@ class Fitted:
     estimates: tuple[ResponseEstimate, ...]
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
-    fits: tuple[Following, ...] = dataclasses.field(default=(), repr=False)
+    fits: tuple[LiveEstimate, ...] = dataclasses.field(default=(), repr=False)
     method: ResponseFit | None = None
     others: tuple[str, ...] = ()
 

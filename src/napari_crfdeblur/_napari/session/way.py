@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from ...deconvolution import Deconvolver
+from ...deconvolution.tiles import Region
 from ...pipeline import DeblurOptions, PhotoStack, Pixels, Record, Stage
-from ...pipeline.stack import Region
 from ...psf import GivenPsf
 from ..regions import pairs, stack_index
 from .state import EdgeSet, Fitted, State

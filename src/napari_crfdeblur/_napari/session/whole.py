@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
 
+from ...deconvolution.tiles import Region
 from ...pipeline import DEFAULT_METHOD, DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...pipeline.intermediates import made
-from ...pipeline.stack import Region
 from ...progress import Job, Progress
 from ...psf import GivenPsf
 from .. import outputs

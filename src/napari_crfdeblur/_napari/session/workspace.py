@@ -10,15 +10,15 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from psygnal import Signal
 
+from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...estimate import ResponseStatus
 from ...pipeline import PhotoStack
 from ...pipeline.blur import Blur
-from ...pipeline.stack import Region
 from ...progress import Progress, drain
 from ...psf import PsfEstimate, PsfField, PsfStatus
 from ..pixels import KEY, source_of, unwrapped
-from ..regions import Span, plane_at, region_of, shown_plane
+from ..regions import AxisSpan, plane_at, region_from_spans, shown_plane
 from .state import EdgeSet, Fitted, State
 from .step import Level, Message, Step, apply
 
@@ -150,9 +150,9 @@ class Workspace:
             return plane_at(source, index)
         return shown_plane(self.viewer, photo)
 
-    def region(self, spans: Sequence[Span]) -> Region:
+    def region(self, spans: Sequence[AxisSpan]) -> Region:
         """A region of the photo from the start and stop of each axis."""
-        return region_of(self.source()[1], spans)
+        return region_from_spans(self.source()[1], spans)
 
     def required_edges(self) -> EdgeSet:
         """The edges; refuses to go on without."""
@@ -225,7 +225,7 @@ class Workspace:
             said.append(f"PSF: {psf.status.value}")
             doubt |= psf.status.doubted
         if parts is not None:
-            said.append(f"PSFs of parts: {trust_in(parts)}")
+            said.append(f"PSFs of parts: {trust_in_parts(parts)}")
             doubt |= doubted(parts)
         self.say("\n".join(said), Level.DOUBT if doubt else Level.INFO)
 
@@ -249,7 +249,7 @@ class Workspace:
             self.say(f"“{photo.name}” was closed; open or choose another photo")
 
 
-def trust_in(parts: PsfField) -> str:
+def trust_in_parts(parts: PsfField) -> str:
     """How far the PSFs of parts can be trusted, and whether they differ, in words."""
     statuses = [status for row in parts.statuses for status in row]
     borrowed = statuses.count(PsfStatus.BORROWED)
