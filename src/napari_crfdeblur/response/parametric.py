@@ -53,7 +53,9 @@ class Gamma(ResponseCurve):
     exponent: float = 2.2
 
     def __post_init__(self) -> None:
-        arguments.number(self.exponent, "a gamma exponent", least=1 / LARGEST, most=LARGEST)
+        arguments.number(
+            self.exponent, "a positive gamma exponent", least=1 / LARGEST, most=LARGEST
+        )
 
     def _forward(self, irradiance: FloatArray) -> FloatArray:
         return irradiance ** (1 / self.exponent)
