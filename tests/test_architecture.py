@@ -170,23 +170,6 @@ VERBS = {
 }
 # Names outside the stages of the core that mean two things, or the one that means another than
 # in the core: still to be told apart.
-STILL_ALIKE = {
-    "BatchResult",
-    "Blur",
-    "Region",
-    "Shape",
-    "Source",
-    "Span",
-    "file_of",
-    "following_edges",
-    "like",
-    "photo",
-    "previewing",
-    "recording",
-    "region_of",
-    "restoring",
-    "trust_in",
-}
 
 
 def names_of(source: str) -> set[str]:
@@ -217,11 +200,11 @@ def twice(sources: dict[str, str]) -> dict[str, list[str]]:
 def test_no_name_has_two_meanings() -> None:
     sources = {str(p.relative_to(PACKAGE)): p.read_text(encoding="utf-8") for p in MODULES}
     found = twice(sources)
-    unknown = {name: found[name] for name in sorted(found.keys() - VERBS - STILL_ALIKE)}
+    unknown = {name: found[name] for name in sorted(found.keys() - VERBS)}
     assert not unknown, "name one of each after what it is: " + "; ".join(
         f"{name} in {', '.join(paths)}" for name, paths in unknown.items()
     )
-    gone = (VERBS | STILL_ALIKE) - found.keys()
+    gone = VERBS - found.keys()
     assert not gone, f"{sorted(gone)} have one meaning now: take them off the list"
 
 

@@ -65,8 +65,8 @@ def suffix(text: str) -> str:
     return _plain(text)
 
 
-def odd_size(text: str) -> int:
-    """A size in pixels, at least 3; an even one becomes the next odd_size one."""
+def odd_pixels(text: str) -> int:
+    """A size in pixels, at least 3; an even one becomes the next odd_pixels one."""
     value = _whole(text)
     if value is None or not 3 <= value <= LARGEST_PSF:
         raise ArgumentTypeError(

@@ -110,7 +110,7 @@ def psf_size(command: ArgumentParser) -> None:
     """``--psf-size``."""
     command.add_argument(
         "--psf-size",
-        type=kinds.odd_size,
+        type=kinds.odd_pixels,
         metavar="PIXELS",
         help=f"largest extent of the PSF, 3 to {kinds.LARGEST_PSF} "
         "(default: found from the picture)",

@@ -251,7 +251,7 @@ def _simulate(add: Add) -> None:
     )
     simulate.add_argument(
         "--psf-size",
-        type=kinds.odd_size,
+        type=kinds.odd_pixels,
         default=21,
         metavar="PIXELS",
         help=f"extent of the blur, 3 to {kinds.LARGEST_PSF} (default: 21)",
