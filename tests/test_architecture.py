@@ -38,6 +38,7 @@ STAGES = [
     "quality",
     "pipeline",
     "io",
+    "crew",
     "large",
     "batch",
     "report",

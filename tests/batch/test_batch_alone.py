@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur.batch import Batch, Fate, deblur_files
-from napari_crfdeblur.batch.alone import NAME, alone
 from napari_crfdeblur.batch.base import UNFINISHED
 from napari_crfdeblur.batch.journal import NAME as JOURNAL
 from napari_crfdeblur.cli import main
+from napari_crfdeblur.crew.alone import NAME, alone
 from napari_crfdeblur.deconvolution import Wiener
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import GivenResponse

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur.batch.journal import NAME, Journal, fingerprint
+from napari_crfdeblur.crew.stamp import Stamp
 from napari_crfdeblur.deconvolution import HyperLaplacian, Wiener
 from napari_crfdeblur.errors import CrfDeblurError
-from napari_crfdeblur.large.stamp import Stamp
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 
 

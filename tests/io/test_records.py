@@ -33,6 +33,7 @@ from napari_crfdeblur.estimate import (
     MaximumLikelihood,
     MeanProfile,
     NoiseModel,
+    PerChannel,
     PolynomialFit,
     RankMinimization,
     ResponseEstimate,
@@ -43,6 +44,7 @@ from napari_crfdeblur.estimate import (
 )
 from napari_crfdeblur.io import from_record, to_record
 from napari_crfdeblur.io.records import MEMBERS, STAGES
+from napari_crfdeblur.pipeline import DeblurOptions, Pixels, Record, Stage
 from napari_crfdeblur.profiles import (
     Alignment,
     ByEdge,
@@ -91,6 +93,14 @@ LEVELS = np.linspace(0, 1, 5)
 PRIOR = ResponsePrior(around(TABLE).mean, RANDOM.random((3, 1)) * around(Gamma(1.7)).directions[:3])
 NOISE = NoiseModel(floor=1e-3, mismatch=0.01, freedom=3.0)
 FIT = PolynomialFit(degree=4, boundary_weight=50.5, monotone_weight=3.25, resamples=7)
+OPTIONS = DeblurOptions(
+    response=GivenResponse(Gamma(1.75)),
+    edges=(Line((1.5, 2.0), (30.0, 4.25)), Edge((3.5, 4.25), (40.0, 9.0), 1, 11.5, 0.3)),
+    blur_extent=9.5,
+    psf=GivenPsf(KERNEL),
+    method=Wiener(weight=0.01),
+    regions=(2, 3),
+)
 OBJECTS = [
     Identity(),
     Gamma(1.8),
@@ -166,11 +176,26 @@ OBJECTS = [
     RichardsonLucy(iterations=12, total_variation=0.01, damping=2.5),
     Tiled(RichardsonLucy(iterations=3), side=300, overlap=20),
     Wiener(weight=0.01, model_error=0.03),
+    PerChannel((GivenResponse(Gamma(1.5)), MaximumLikelihood(), MeanProfile())),
+    OPTIONS,
+    Pixels("photo.png", "00ff", (40, 60, 3), "uint8"),
+    Record(
+        Pixels("a stack.tif", "00ff", (5, 40, 60), "uint16"),
+        OPTIONS,
+        until=Stage.RESTORE,
+        plane=(3,),
+        region=((0, 5), (2, 30), (4, 50)),
+        white=4095.0,
+        tiled=True,
+        chosen={"blur_extent": 17.25, "psf": Variational(size=19)},
+        versions={"numpy": "2.0"},
+        result=Pixels("", "ff00", (5, 28, 46), "float32"),
+    ),
 ]
 CHOICES = [
     choice
     for kind in (
-        *(Cameras, Channels, EdgeStatus, Finding, PsfStatus, ResponseStatus, RowScale, Tail),
+        *(Cameras, Channels, EdgeStatus, Finding, PsfStatus, ResponseStatus, RowScale, Stage, Tail),
     )
     for choice in kind
 ]

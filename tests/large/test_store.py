@@ -10,7 +10,7 @@ import tifffile
 from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.large import open_source, restore_large, store, storing
-from napari_crfdeblur.large.tiff import TiffWriter
+from napari_crfdeblur.large.tiff_writer import TiffWriter
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import SRGB
 

@@ -14,7 +14,7 @@ from pytestqt.qtbot import QtBot
 from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session
 from napari_crfdeblur._napari.docks import RestoreDock, restore
 from napari_crfdeblur._napari.session import memory
-from napari_crfdeblur._napari.session.into_file import restoring_into
+from napari_crfdeblur._napari.session.large import restoring_into
 from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled, Wiener
 from napari_crfdeblur.io import record_from, write_photo
 from napari_crfdeblur.large import restore_large
@@ -80,7 +80,7 @@ def test_nothing_is_overwritten_unless_it_is_wanted(tmp_path: Path, blurred: Sim
     session.photo._source = session.photo.source.model_copy(
         update={"path": str(tmp_path / "photo.tif")}
     )
-    with pytest.raises(CrfDeblurError, match="is the photo itself"):
+    with pytest.raises(CrfDeblurError, match="is read by this run"):
         session.restore_into(tmp_path / "photo.tif", METHOD, overwrite=True)
     assert (tmp_path / "photo.tif").read_bytes() == before
     assert session.state.restored is None

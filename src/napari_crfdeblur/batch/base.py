@@ -9,16 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from .._typing import Image
+from ..crew.alone import alone, taking_turn
+from ..crew.stamp import Stamp
+from ..crew.workers import ClusterError, Workers, WorkersDied, workers
 from ..errors import REFUSALS, CrfDeblurError, in_words
 from ..estimate import ResponseEstimate
 from ..io import images, make_folder, write_photo
 from ..io.files import check_input
-from ..large.stamp import Stamp
-from ..large.workers import ClusterError, Workers, WorkersDied, workers
+from ..io.limits import LIMITS, Limits
 from ..pipeline import DeblurOptions, deblurring
 from ..progress import Job, Progress, drain, nth
 from ..psf import GivenPsf
-from .alone import alone, taking_turn
 from .journal import Journal, fingerprint
 from .shared import PsfOf, load, settings_of, sharing_psf, sharing_response
 
@@ -99,6 +100,8 @@ class Batch:
         Whose PSF is used, if it is to be estimated.
     suffix : str
         What is added to the name of a photo. Where a name is taken, a number follows.
+    limits : Limits
+        For the size of each photo.
     """
 
     photos: Sequence[Path]
@@ -106,6 +109,7 @@ class Batch:
     options: DeblurOptions = field(default_factory=DeblurOptions)
     psf_of: PsfOf = PsfOf.EACH
     suffix: str = "-deblurred"
+    limits: Limits = LIMITS
 
     def __post_init__(self) -> None:
         if not self.photos:
@@ -159,8 +163,8 @@ def _deblurring_files(batch: Batch, scheduler: str | None) -> Job[BatchResult]:
     yield Progress("reading the journal", 0, 1)
     photos = list(dict.fromkeys(path.absolute() for path in batch.photos))
     journal = Journal.of(batch.folder)
-    options, responses = yield from sharing_response(batch.options, photos, journal)
-    options = yield from sharing_psf(options, batch.psf_of, photos, journal)
+    options, responses = yield from sharing_response(batch.options, photos, journal, batch.limits)
+    options = yield from sharing_psf(options, batch.psf_of, photos, journal, batch.limits)
     with _unfinished(batch.folder) as aside:
         settings = fingerprint(settings_of(options))
         given = frozenset(photo.resolve() for photo in photos)
@@ -182,6 +186,7 @@ class _Work:
     options: DeblurOptions
     settings: str
     suffix: str
+    limits: Limits
     given: frozenset[Path]
 
     def begin(self, photo: Path) -> tuple[str, Image, Stamp] | Outcome:
@@ -193,7 +198,7 @@ class _Work:
                 return Outcome(photo, Fate.KEPT, self.journal.folder / name)
             if (self.journal.folder / name).resolve() in self.given:
                 raise CrfDeblurError(f"its result, {name}, was given as a photo; leave that out")
-            return name, *load(photo)
+            return name, *load(photo, self.limits)
         except REFUSALS as error:
             return failed(photo, error)
 

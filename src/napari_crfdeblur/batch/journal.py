@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from ..crew.stamp import Stamp
 from ..errors import CrfDeblurError
 from ..io import to_record, write_text
 from ..io.inputs import read_bytes
 from ..io.json_files import parse_json
 from ..io.limits import LIMITS, Limits
-from ..large.stamp import Stamp
 from ..texts import brief
 
 NAME = "crfdeblur-batch.jsonl"

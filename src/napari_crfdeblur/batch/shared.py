@@ -8,10 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from .._typing import FloatArray, Image
+from ..crew.stamp import Stamp
 from ..errors import REFUSALS, CrfDeblurError
 from ..estimate import PerChannel, ResponseEstimate, estimating_responses
 from ..io import read_photo, read_psf, read_responses, write_psf, write_responses
-from ..large.stamp import Stamp
+from ..io.limits import Limits
 from ..photo import check_photo
 from ..pipeline import DeblurOptions, Intermediates, Stage, profiling, walking
 from ..pipeline.intermediates import made
@@ -34,17 +35,17 @@ class PsfOf(Enum):
     ONE = "of those of several photos the one that agrees best with the others"
 
 
-def load(photo: Path) -> tuple[Image, Stamp]:
+def load(photo: Path, limits: Limits) -> tuple[Image, Stamp]:
     """A photo that can be deblurred, and its stamp; refused if it changes meanwhile."""
     stamp = Stamp.of(photo)
-    pixels = read_photo(photo)
+    pixels = read_photo(photo, limits=limits)
     stamp.check()
     check_photo(pixels)
     return pixels, stamp
 
 
 def sharing_response(
-    options: DeblurOptions, photos: Sequence[Path], journal: Journal
+    options: DeblurOptions, photos: Sequence[Path], journal: Journal, limits: Limits
 ) -> Job[tuple[DeblurOptions, tuple[ResponseEstimate, ...]]]:
     """Long job: the options with one response for all photos, and how it was found.
 
@@ -57,7 +58,7 @@ def sharing_response(
     way = fingerprint({"response": method, "blur_extent": options.blur_extent})
     found: tuple[ResponseEstimate, ...] = ()
     if not (path.exists() and journal.found("response", way, [*photos])):
-        groups = yield from _pooling(options, _spread(photos, MOST))
+        groups = yield from _pooling(options, _spread(photos, MOST), limits)
         found = (yield from estimating_responses(groups, method)).estimates
         write_responses(path, found)
         journal.keep("response", way, [*photos])
@@ -66,7 +67,11 @@ def sharing_response(
 
 
 def sharing_psf(
-    options: DeblurOptions, psf_of: PsfOf, photos: Sequence[Path], journal: Journal
+    options: DeblurOptions,
+    psf_of: PsfOf,
+    photos: Sequence[Path],
+    journal: Journal,
+    limits: Limits,
 ) -> Job[DeblurOptions]:
     """Long job: the options with one PSF for all photos, if that is wanted."""
     if psf_of is PsfOf.EACH or isinstance(options.psf, GivenPsf):
@@ -77,7 +82,7 @@ def sharing_psf(
     if not (path.exists() and journal.found("psf", way, [*asked])):
         count = 1 if psf_of is PsfOf.FIRST else COMPARED
         candidates = photos if psf_of is PsfOf.FIRST else _spread(photos, COMPARED)
-        found = yield from _measuring(options, candidates, count)
+        found = yield from _measuring(options, candidates, count, limits)
         write_psf(path, _most_alike([each.psf for each in found]))
         journal.keep("psf", way, [*asked])
     return replace(options, psf=GivenPsf(read_psf(path)))
@@ -88,14 +93,16 @@ def settings_of(options: DeblurOptions) -> dict[str, object]:
     return {each.name: getattr(options, each.name) for each in fields(options)}
 
 
-def _pooling(options: DeblurOptions, photos: Sequence[Path]) -> Job[list[ProfileGroup]]:
+def _pooling(
+    options: DeblurOptions, photos: Sequence[Path], limits: Limits
+) -> Job[list[ProfileGroup]]:
     """Job: profiles of all photos that permit it."""
     groups: list[ProfileGroup] = []
     good = 0
     for index, path in enumerate(photos):
         yield Progress(f"edges of {path.name}", index, len(photos))
         try:
-            pixels, _ = load(path)
+            pixels, _ = load(path, limits)
             job = profiling(pixels, options, index)
             groups += (yield from nth(job, index, len(photos), "photo")).groups or ()
         except REFUSALS:
@@ -107,14 +114,14 @@ def _pooling(options: DeblurOptions, photos: Sequence[Path]) -> Job[list[Profile
 
 
 def _measuring(
-    options: DeblurOptions, photos: Sequence[Path], count: int
+    options: DeblurOptions, photos: Sequence[Path], count: int, limits: Limits
 ) -> Job[list[PsfEstimate]]:
     """Job: the PSFs of the first `count` photos that permit it."""
     found: list[PsfEstimate] = []
     for index, path in enumerate(photos):
         yield Progress(f"PSF of {path.name}", index, len(photos))
         try:
-            pixels, _ = load(path)
+            pixels, _ = load(path, limits)
             job = walking(Intermediates(pixels), options, until=Stage.PSF)
             found.append(made((yield from nth(job, index, len(photos), "photo")).psf, "a PSF"))
         except REFUSALS:

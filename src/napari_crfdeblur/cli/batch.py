@@ -6,7 +6,7 @@ from pathlib import Path
 from ..batch import Batch, BatchResult, Fate, PsfOf, deblurring_files, journal, shared
 from ..io import check_apart
 from .bar import run
-from .choices import deblur_options
+from .choices import deblur_options, limits_of
 from .files import files_read
 from .terminal import say
 
@@ -32,6 +32,7 @@ def _batch(arguments: Namespace) -> Batch:
         options=deblur_options(arguments),
         psf_of=WHOSE.get(arguments.psf, PsfOf.EACH),
         suffix=arguments.suffix,
+        limits=limits_of(arguments),
     )
 
 

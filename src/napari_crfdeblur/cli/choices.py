@@ -17,6 +17,7 @@ from ..estimate import (
     ResponseFit,
 )
 from ..io import read_edges, read_psf, read_responses
+from ..io.limits import LIMITS, Limits
 from ..methods import DECONVOLUTIONS, PSFS, RESPONSES, named, words
 from ..pipeline import DeblurOptions
 from ..psf import (
@@ -57,6 +58,12 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
     if arguments.command in ("deblur", "batch"):
         options = replace(options, method=named(DECONVOLUTIONS, arguments.method).make())
     return options
+
+
+def limits_of(arguments: Namespace) -> Limits:
+    """How large the files may be: ``--largest-photo``."""
+    megapixels = arguments.largest_photo
+    return LIMITS if megapixels is None else LIMITS.with_photos_of(megapixels)
 
 
 def known_response(text: str) -> tuple[ResponseCurve, ...]:

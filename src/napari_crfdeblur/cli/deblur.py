@@ -19,6 +19,7 @@ from ..io import (
     write_psf,
     write_record,
 )
+from ..io.limits import Limits
 from ..large import open_source
 from ..large.deblur import StoredArray
 from ..photo import check_photo
@@ -37,7 +38,7 @@ from ..pipeline.record import identifying, pixels_of
 from ..report import Report, write_report
 from ..texts import printable
 from .bar import run
-from .choices import deblur_options
+from .choices import deblur_options, limits_of
 from .files import file_beside, photo_or_zarr, writing
 from .large import (
     ENDINGS,
@@ -62,7 +63,7 @@ def deblur(arguments: Namespace) -> None:
     output = arguments.output or _beside(arguments.photo, "-deblurred", images.WRITABLE)
     check_cameras(arguments)
     with writing(arguments, [Output(output, images.WRITABLE)]) as outputs:
-        photo = photo_to_deblur(arguments.photo)
+        photo = photo_to_deblur(arguments.photo, limits_of(arguments))
         camera = _camera(arguments, photo)
         options = replace(_from(camera, options), method=options.method or DEFAULT_METHOD)
         result = run(deblurring(photo, options))
@@ -98,7 +99,7 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
     check_large(arguments, output, options)
     with writing(arguments, [photo_or_zarr(output, ENDINGS)]) as outputs:
         photo, place = arguments.photo, outputs[output]
-        source = open_source(photo)
+        source = open_source(photo, limits=limits_of(arguments))
         found = deblur_in_tiles(photo, source, place, options, arguments.scheduler)
         report = report_of_tiles(photo, source, found, place if arguments.report else None)
         write_extras(arguments, report, outputs)
@@ -125,7 +126,7 @@ def psf(arguments: Namespace) -> None:
     check_cameras(arguments)
     options = deblur_options(arguments)
     with writing(arguments, [Output(output, psfs.SUFFIXES)]) as outputs:
-        photo = photo_to_deblur(arguments.photo)
+        photo = photo_to_deblur(arguments.photo, limits_of(arguments))
         camera = _camera(arguments, photo)
         have = run(walking(Intermediates(photo), _from(camera, options), until=Stage.PSF))
         found = made(have.psf, "a PSF")
@@ -139,9 +140,9 @@ def psf(arguments: Namespace) -> None:
     say(f"wrote {output}")
 
 
-def photo_to_deblur(path: Path) -> Image:
+def photo_to_deblur(path: Path, limits: Limits) -> Image:
     """A photo in which something can be found."""
-    photo = read_photo(path)
+    photo = read_photo(path, limits=limits)
     try:
         check_photo(photo)
     except CrfDeblurError as error:

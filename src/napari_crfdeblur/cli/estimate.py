@@ -11,7 +11,7 @@ from ..pipeline import profiling
 from ..report import Report
 from ..texts import printable
 from .bar import run
-from .choices import deblur_options, fits_named
+from .choices import deblur_options, fits_named, limits_of
 from .deblur import photo_to_deblur, write_extras
 from .files import writing
 from .saying import say_camera, say_edges, say_responses
@@ -29,7 +29,7 @@ def estimate(arguments: Namespace) -> None:
     folders = [arguments.cameras] if arguments.cameras else []
     with writing(arguments, planned, folders) as outputs:
         paths = arguments.photos
-        photos = [photo_to_deblur(path) for path in paths]
+        photos = [photo_to_deblur(path, limits_of(arguments)) for path in paths]
         camera = stored_camera(arguments, paths, photos)
         if camera:
             outputs.add(_camera_output(camera))

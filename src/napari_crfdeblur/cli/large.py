@@ -4,13 +4,13 @@ from argparse import Namespace
 from dataclasses import replace
 from pathlib import Path
 
+from ..crew.stamp import check_zarr
 from ..errors import CrfDeblurError
 from ..io.images import TIFF
 from ..large import Source, check_target, open_source, storing
 from ..large.deblur import FoundInPart, deblurring_large, is_volume
 from ..large.region import read_part
 from ..large.sources import NPY, ZARR
-from ..large.stamp import check_zarr
 from ..large.tiff import size_of_page
 from ..pipeline import DeblurOptions
 from ..pipeline.intermediates import PLANE, made

@@ -168,3 +168,13 @@ def report(command: ArgumentParser) -> None:
         metavar="FILE",
         help="write a page that shows what was found (.html or .png)",
     )
+
+
+def largest(command: ArgumentParser) -> None:
+    """``--largest-photo``."""
+    command.add_argument(
+        "--largest-photo",
+        type=kinds.positive,
+        metavar="MEGAPIXELS",
+        help="the largest photo that is read (default: 500)",
+    )

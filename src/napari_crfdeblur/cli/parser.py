@@ -96,6 +96,7 @@ def _deblur(add: Add) -> None:
     options.psf_size(deblur)
     options.edges(deblur)
     options.report(deblur)
+    options.largest(deblur)
     deblur.add_argument(
         "--varying",
         type=kinds.grid,
@@ -134,6 +135,7 @@ def _repeat(add: Add) -> None:
     )
     options.photo_argument(repeat, "the same photo, or another one")
     options.output(repeat, "FILE", "the result (default: it is compared, and not written)")
+    options.largest(repeat)
 
 
 def _batch(add: Add) -> None:
@@ -169,6 +171,7 @@ def _batch(add: Add) -> None:
         "(default: -deblurred)",
     )
     options.extent(batch)
+    options.largest(batch)
     options.scheduler(batch)
 
 
@@ -196,6 +199,7 @@ def _estimate(add: Add) -> None:
     options.cameras(estimate)
     options.edges(estimate)
     options.report(estimate)
+    options.largest(estimate)
 
 
 def _psf(add: Add) -> None:
@@ -221,6 +225,7 @@ def _psf(add: Add) -> None:
     options.psf_size(psf)
     options.edges(psf)
     options.report(psf)
+    options.largest(psf)
 
 
 def _simulate(add: Add) -> None:

@@ -5,12 +5,14 @@ from pathlib import Path
 
 from ..errors import CrfDeblurError
 from ..io import Output, images, read_photo, read_record, write_photo
+from ..io.limits import Limits
 from ..large import open_source
 from ..large.deblur import StoredArray
 from ..pipeline import PhotoStack, Pixels, Record, repeating
 from ..pipeline.record import identifying
 from ..pipeline.repeat import told
 from .bar import run
+from .choices import limits_of
 from .files import photo_or_zarr, writing
 from .large import ENDINGS, check_place, deblur_in_tiles
 from .terminal import say
@@ -25,7 +27,7 @@ def repeat(arguments: Namespace) -> bool:
         return _in_tiles(arguments, record)
     output = arguments.output
     with writing(arguments, [Output(output, images.WRITABLE)] if output else []) as outputs:
-        again = run(repeating(record, _stack(arguments.photo, record)))
+        again = run(repeating(record, _stack(arguments.photo, record, limits_of(arguments))))
         if output:
             if again.restored.photo is None or again.restored.photo.ndim > PLANE + 1:
                 raise CrfDeblurError(
@@ -42,7 +44,8 @@ def _in_tiles(arguments: Namespace, record: Record) -> bool:
         raise CrfDeblurError("this was done in tiles, whose result needs a file: give -o FILE")
     check_place(photo, output)
     with writing(arguments, [photo_or_zarr(output, ENDINGS)]) as outputs:
-        source, place = open_source(photo), outputs[output]
+        source = open_source(photo, limits=limits_of(arguments))
+        place = outputs[output]
         deblur_in_tiles(photo, source, place, record.options, None)
         stored = open_source(place)
         before = run(identifying(PhotoStack(StoredArray(source), source.color, name=photo.name)))
@@ -51,13 +54,13 @@ def _in_tiles(arguments: Namespace, record: Record) -> bool:
     return _said(record, before, same, output)
 
 
-def _stack(path: Path, record: Record) -> PhotoStack:
+def _stack(path: Path, record: Record, limits: Limits) -> PhotoStack:
     """The photo as the record's was: a single one, or a stack that is read slice by slice."""
     colored = len(record.photo.shape) > PLANE and record.photo.shape[-1] in (3, 4)
     if len(record.photo.shape) - colored > PLANE or path.is_dir():
-        source = open_source(path)
+        source = open_source(path, limits=limits)
         return PhotoStack(StoredArray(source), source.color, record.white, path.name)
-    photo = read_photo(path)
+    photo = read_photo(path, limits=limits)
     return PhotoStack(photo, photo.ndim > PLANE, record.white, path.name)
 
 

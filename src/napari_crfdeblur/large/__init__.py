@@ -1,7 +1,7 @@
 """Photos larger than memory: dask arrays, zarr, tiled TIFF, on threads or a cluster."""
 
+from .lazy import restore_large
 from .region import informative_region
-from .restore import restore_large
 from .sources import Source, open_source
 from .statistics import measure_large
 from .store import check_target, store, storing

@@ -11,8 +11,8 @@ from ..pipeline import DEFAULT_METHOD, DeblurOptions, Intermediates, Stage, edge
 from ..pipeline.intermediates import PLANE, made
 from ..progress import Job
 from ..psf import GivenPsf
+from .lazy import check_blur, restore_large
 from .region import informative_region, read_part
-from .restore import check_blur, restore_large
 from .sources import Source
 
 if TYPE_CHECKING:

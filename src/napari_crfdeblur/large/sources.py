@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from .._typing import Image
+from ..crew.stamp import Stamp
 from ..deconvolution.tiles import Region
 from ..errors import DAMAGED, CrfDeblurError
 from ..io import read_photo
@@ -18,7 +19,6 @@ from ..io.limits import LIMITS, Limits
 from ..io.npy import npy_layout, read_npy_region
 from ..io.quiet import quiet
 from ..photo import ALPHA
-from .stamp import Stamp
 
 NPY, ZARR = ".npy", ".zarr"
 FAILURES = (*DAMAGED, AssertionError)  # zarr asserts what it expects of what is stored

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from .._typing import Image
+from ..crew.workers import Workers, workers
 from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..io import check_folder, check_output
@@ -17,8 +18,7 @@ from ..io.images import TIFF
 from ..photo import ALPHA
 from ..progress import Job, Progress, drain
 from .sources import ZARR, Source, open_source, zarr_module
-from .tiff import tiff_writer
-from .workers import Workers, workers
+from .tiff_writer import tiff_writer
 
 if TYPE_CHECKING:
     from dask.array import Array

@@ -1,10 +1,5 @@
-"""Regions of a TIFF, and TIFFs that are written region by region."""
+"""Regions of a TIFF, read without the rest."""
 
-import os
-import struct
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import product
@@ -15,20 +10,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._typing import Image
+from ..crew.stamp import Stamp
 from ..deconvolution.tiles import Region
 from ..errors import DAMAGED, CrfDeblurError
-from .stamp import Stamp
+from ..io.npy import NpyLayout, read_npy_region
+from ..io.segments import check_compression, check_segment
 
 if TYPE_CHECKING:
     from tifffile import TiffFrame, TiffPage
 
-TILE = 256  # side of the tiles that are written
 LARGEST_PART = 1 << 30  # bytes: a tile or strip is decoded as a whole, whatever is asked of it
 UNSUSPICIOUS = 1 << 26  # bytes that are decoded, or read, whatever the other size is
 STRONGEST = 3000  # bytes from one: deflate makes 1032 at most, LZW 2700
 JPEGS = (6, 7, 33007, 34892)  # schemes whose data have a size of their own
-FRAMES = {0xFFC0 + kind for kind in range(16)} - {0xFFC4, 0xFFC8, 0xFFCC}  # markers, ISO 10918
-FILL = 0xFFFF
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,6 +100,7 @@ def size_of_page(path: Path) -> int:
 def _check(page: "TiffPage", path: Path) -> None:
     import tifffile
 
+    check_compression(path, page)
     if page.photometric == tifffile.PHOTOMETRIC.PALETTE:
         raise CrfDeblurError(
             f"{path}: large images with a palette cannot be read in parts; convert it to gray "
@@ -126,7 +121,7 @@ def read_region(stamp: Stamp, region: Region) -> Image:
     """Pixels of a region of a TIFF, whatever its parts are."""
     found = layout(stamp)
     if found.start is not None:
-        pixels = np.array(_mapped(stamp.path, found)[region])
+        pixels = _of_block(stamp, found, region)
     else:
         pixels = _of_pages(stamp, found, region)
     if found.negative:
@@ -134,13 +129,16 @@ def read_region(stamp: Stamp, region: Region) -> Image:
     return pixels
 
 
-def _mapped(path: Path, found: Layout) -> Image:
-    """All pixels, without reading them."""
-    shape = found.shape
+def _of_block(stamp: Stamp, found: Layout, region: Region) -> Image:
+    """Pixels that lie one after the other; read, since a map of a file cut short is deadly."""
+    shape, wanted = found.shape, region
     if found.planes:
         shape = *shape[:-3], shape[-1], *shape[-3:-1]
-    whole = np.memmap(path, dtype=found.stored, mode="r", offset=found.start or 0, shape=shape)
-    return np.moveaxis(whole, -3, -1) if found.planes else whole
+        wanted = *region[:-3], region[-1], *region[-3:-1]
+    with stamp.path.open("rb") as file:
+        block = NpyLayout(shape, found.stored, False, found.start or 0)
+        pixels = read_npy_region(file, block, wanted)
+    return np.moveaxis(pixels, -3, -1) if found.planes else pixels
 
 
 def _of_pages(stamp: Stamp, found: Layout, region: Region) -> Image:
@@ -201,12 +199,10 @@ def _decoded(file: Any, size: int, page: "TiffPage | TiffFrame", index: int) -> 
         raise ValueError(f"{count} bytes for a tile or strip of {expected}")
     file.seek(offset)
     content = file.read(count)
+    check_segment(content, key)
     tables = {}
     if key.compression in JPEGS:
         tables = {"jpegtables": page.jpegtables, "jpegheader": key.jpegheader}
-        rows, columns = _size_of_jpeg((key.jpegheader or b"") + content)
-        if rows * columns > prod(_sides_of_part(key)):
-            raise ValueError("a JPEG larger than its tile or strip")
     decoded: Any = key.decode(content, index, **tables)[0]
     pixels: Image = decoded[0]
     return pixels
@@ -230,112 +226,3 @@ def _size_of_part(page: "TiffPage") -> int:
     """Bytes of a decoded tile or strip, as the tags say."""
     channels = page.samplesperpixel if page.planarconfig == 1 else 1
     return prod(_sides_of_part(page)) * channels * ceil(page.bitspersample / 8)
-
-
-def _size_of_jpeg(content: bytes) -> tuple[int, int]:
-    """Rows and columns in the header of a JPEG."""
-    at = 2
-    while at + 9 <= len(content):
-        marker, length = struct.unpack_from(">HH", content, at)
-        if marker == FILL:
-            at += 1
-        elif marker in FRAMES:
-            rows, columns = struct.unpack_from(">HH", content, at + 5)
-            return rows, columns
-        else:
-            at += 2 + length
-    raise ValueError("a JPEG without a header")
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class TiffWriter:
-    """A TIFF of tiles that is there already, and is filled region by region.
-
-    Parameters
-    ----------
-    file : binary file
-        Open for reading and writing.
-    offsets : ndarray, shape (pages, rows of tiles, columns of tiles)
-        First byte of each tile.
-    shape : tuple of int
-        Of the photo or stack.
-    tile : tuple of int
-        Shape of a tile, with channels if there are any.
-    dtype : dtype
-    lock : Lock
-        One region at a time.
-    """
-
-    file: Any
-    offsets: Image
-    shape: tuple[int, ...]
-    tile: tuple[int, ...]
-    dtype: np.dtype[Any]
-    lock: Any
-
-    def write(self, region: Region, pixels: Image) -> None:
-        """Write a region; tiles that it covers in part keep what else is in them."""
-        plane = len(self.tile)
-        stack, (rows, columns) = region[:-plane], region[-plane:][:2]
-        numbers = np.arange(len(self.offsets)).reshape(self.shape[:-plane])[stack]
-        height, width = self.tile[:2]
-        tiles = list(
-            product(
-                range(rows.start // height, ceil(rows.stop / height)),
-                range(columns.start // width, ceil(columns.stop / width)),
-            )
-        )
-        with self.lock:
-            for place, number in np.ndenumerate(numbers):
-                for i, j in tiles:
-                    top, left = max(rows.start, i * height), max(columns.start, j * width)
-                    bottom = min(rows.stop, (i + 1) * height)
-                    right = min(columns.stop, (j + 1) * width)
-                    part = pixels[place][top - rows.start : bottom - rows.start]
-                    part = part[:, left - columns.start : right - columns.start]
-                    at = top - i * height, left - j * width
-                    self._put(int(self.offsets[number, i, j]), at, part)
-
-    def _put(self, offset: int, at: tuple[int, int], part: Image) -> None:
-        whole = np.empty(self.tile, dtype=self.dtype)
-        if part.shape != self.tile:
-            self.file.seek(offset)
-            whole[...] = np.frombuffer(self.file.read(whole.nbytes), self.dtype).reshape(self.tile)
-        whole[at[0] : at[0] + part.shape[0], at[1] : at[1] + part.shape[1]] = part
-        self.file.seek(offset)
-        rest = memoryview(whole).cast("B")
-        while rest:  # a disk that is nearly full takes a part, and says no at the next attempt
-            rest = rest[self.file.write(rest) :]
-
-
-@contextmanager
-def tiff_writer(
-    path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], color: bool
-) -> Iterator[TiffWriter]:
-    """Make a BigTIFF of tiles, uncompressed, and fill it; the disk is asked for room at once."""
-    import tifffile
-
-    plane = 3 if color else 2
-    pages = prod(shape[:-plane])
-    kind = "rgb" if color else "minisblack"
-    with tifffile.TiffWriter(path, bigtiff=True, byteorder="<") as tiff:
-        tiff.write(shape=shape, dtype=dtype, tile=(TILE, TILE), photometric=kind)
-    with tifffile.TiffFile(path) as tiff:
-        offsets = np.array([page.dataoffsets for page in tiff.pages], dtype=np.int64)
-    sides = [ceil(side / TILE) for side in shape[-plane:][:2]]
-    with path.open("r+b", buffering=0) as file:
-        _reserve(file.fileno(), path.stat().st_size)
-        yield TiffWriter(
-            file,
-            offsets.reshape(pages, *sides),
-            shape,
-            (TILE, TILE, *shape[-plane:][2:]),
-            dtype.newbyteorder("<"),
-            threading.Lock(),
-        )
-
-
-def _reserve(file: int, size: int) -> None:
-    """Ask for room on the disk before the work, where the system can."""
-    if hasattr(os, "posix_fallocate"):
-        os.posix_fallocate(file, 0, size)

@@ -14,7 +14,7 @@ from ...large.store import SUFFIXES
 from .. import outputs
 from ..preferences import preferences
 from ..regions import visible_part
-from ..session.into_file import restoring_into
+from ..session.large import restoring_into
 from ..session.restore import (
     comparing,
     counting_clipped,

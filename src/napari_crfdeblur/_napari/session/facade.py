@@ -10,7 +10,7 @@ from ..pixels import unwrapped
 from .batch import BatchVerbs
 from .blur import BlurVerbs
 from .export import ExportVerbs
-from .into_file import IntoFileVerbs
+from .large import IntoFileVerbs
 from .record import RecordVerbs
 from .response import ResponseVerbs
 from .restore import RestoreVerbs

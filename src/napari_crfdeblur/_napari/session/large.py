@@ -9,6 +9,7 @@ from napari.layers import Image as ImageLayer
 
 from ...deconvolution import Deconvolver
 from ...errors import CrfDeblurError
+from ...io import check_apart
 from ...large import check_target, open_source, restore_large, storing
 from ...large.deblur import StoredArray
 from ...pipeline import DEFAULT_METHOD, PhotoStack, Pixels, Stage
@@ -78,8 +79,8 @@ def restoring_into(
     target = Path(path).absolute()
     check_fit(blur, source.shape, source.name)
     check_target(target)
-    if file_of(photo) is not None and Path(str(file_of(photo))).resolve() == target.resolve():
-        raise CrfDeblurError(f"{target}: is the photo itself; give another name")
+    own = file_of(photo)
+    check_apart([] if own is None else [Path(own)], [target])
     if target.exists() and not overwrite:
         raise CrfDeblurError(f"{target}: is there already; give another name")
     used = method or DEFAULT_METHOD
