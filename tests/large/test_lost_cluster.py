@@ -11,11 +11,12 @@ import pytest
 import tifffile
 
 from napari_crfdeblur.batch import Batch, Fate, base, deblur_files, deblurring_files
+from napari_crfdeblur.crew import workers
 from napari_crfdeblur.deconvolution import Wiener
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.estimate import GivenResponse
 from napari_crfdeblur.io import write_photo
-from napari_crfdeblur.large import store, storing, workers
+from napari_crfdeblur.large import store, storing
 from napari_crfdeblur.pipeline import DeblurOptions
 from napari_crfdeblur.psf import GivenPsf, camera_shake
 from napari_crfdeblur.response import SRGB

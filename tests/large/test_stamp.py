@@ -4,9 +4,9 @@ import os
 
 import pytest
 
+from napari_crfdeblur.crew import stamp
 from napari_crfdeblur.crew.stamp import Stamp
 from napari_crfdeblur.errors import CrfDeblurError
-from napari_crfdeblur.large import stamp
 
 
 @pytest.fixture

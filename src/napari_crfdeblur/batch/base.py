@@ -168,7 +168,7 @@ def _deblurring_files(batch: Batch, scheduler: str | None) -> Job[BatchResult]:
     with _unfinished(batch.folder) as aside:
         settings = fingerprint(settings_of(options))
         given = frozenset(photo.resolve() for photo in photos)
-        work = _Work(journal, aside, options, settings, batch.suffix, given)
+        work = _Work(journal, aside, options, settings, batch.suffix, batch.limits, given)
         if scheduler is None:
             outcomes = yield from _one_by_one(work, photos)
         else:

@@ -174,7 +174,7 @@ def largest(command: ArgumentParser) -> None:
     """``--largest-photo``."""
     command.add_argument(
         "--largest-photo",
-        type=kinds.positive,
+        type=kinds.between(0, 1e6, above=True),
         metavar="MEGAPIXELS",
         help="the largest photo that is read (default: 500)",
     )
