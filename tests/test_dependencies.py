@@ -11,7 +11,12 @@ NAME = "napari_crfdeblur"
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 DISTRIBUTIONS = {"PIL": "pillow", "skimage": "scikit-image"}  # where the names differ
 HOST = {"napari", "npe2"}  # what the plugin finds where it runs
-OPTIONAL = {"numba": "fast", "distributed": "large", "zarr": "large"}  # and the extra it is in
+OPTIONAL = {
+    "numba": "fast",
+    "distributed": "large",
+    "numcodecs": "large",
+    "zarr": "large",
+}  # and the extra it is in
 
 
 def declared(requirements: list[str]) -> set[str]:

@@ -66,7 +66,7 @@ def suffix(text: str) -> str:
 
 
 def odd_pixels(text: str) -> int:
-    """A size in pixels, at least 3; an even one becomes the next odd_pixels one."""
+    """A size in pixels, at least 3; an even one becomes the next odd one."""
     value = _whole(text)
     if value is None or not 3 <= value <= LARGEST_PSF:
         raise ArgumentTypeError(

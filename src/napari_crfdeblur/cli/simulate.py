@@ -53,7 +53,7 @@ def simulate(arguments: Namespace) -> None:
 
 
 def _simulated_files(photo: Path) -> dict[str, Output]:
-    """The photo, and what is written file_beside it."""
+    """The photo, and what is written beside it."""
     endings = {"sharp": photo.suffix, "psf": ".npy", "response": ".json"}
     others = {
         name: Output(file_beside(photo, f"{photo.stem}-{name}{suffix}"), (suffix.lower(),))

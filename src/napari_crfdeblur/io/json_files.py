@@ -11,7 +11,7 @@ from ..texts import brief
 from .inputs import read_bytes
 from .limits import LIMITS, Limits
 
-WHOLE = 10**300  # all whole number_list below are finite as floats
+WHOLE = 10**300  # all whole numbers below are finite as floats
 DIGITS = len(str(WHOLE))
 
 
@@ -33,7 +33,7 @@ def read_json(path: Path, *, limits: Limits = LIMITS) -> Any:
     Raises
     ------
     CrfDeblurError
-        Missing, too large, not JSON, nested too deeply; with number_list that are not finite or too
+        Missing, too large, not JSON, nested too deeply; with numbers that are not finite or too
         large, or an object that has a key twice.
     """
     content = read_bytes(path, limits.json)
@@ -70,7 +70,7 @@ def parse_json(content: bytes | str, *, limits: Limits = LIMITS) -> Any:
 
 
 def check_values(content: object, *, limits: Limits = LIMITS) -> None:
-    """Raise ValueError for lists and objects nested too deeply, and for number_list too large."""
+    """Raise ValueError for lists and objects nested too deeply, and for numbers too large."""
     open_ones: list[Iterator[object]] = [iter((content,))]
     while open_ones:
         if len(open_ones) > limits.nesting + 1:
@@ -88,7 +88,7 @@ def check_values(content: object, *, limits: Limits = LIMITS) -> None:
 
 
 def number_list(values: object) -> list[float]:
-    """A list of number_list as it is.
+    """A list of numbers as it is.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def number_list(values: object) -> list[float]:
         Anything else.
     """
     if not isinstance(values, list) or not all(type(each) in (int, float) for each in values):
-        raise ValueError("expected a list of number_list")
+        raise ValueError("expected a list of numbers")
     return values
 
 

@@ -1,4 +1,4 @@
-"""Methods, curves, edges and results as JSON, for provenance and saved sessions.
+"""Methods, curves, edges and results as JSON, for records of what was done.
 
 Texts, whole numbers, finite floats, None, lists and dicts are their own records. All else is a
 dict that names its ``"type"``: an object of a stage with its fields, a choice with its name, an

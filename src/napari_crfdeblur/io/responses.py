@@ -123,7 +123,7 @@ def _curve(channel: Any, where: str) -> Tabulated:
         irradiance = np.array(number_list(channel["irradiance"]), dtype=np.float64)
     except (LookupError, OverflowError, TypeError, ValueError) as error:
         raise CrfDeblurError(
-            f'{where}: a channel lacks its lists of number_list "intensity" and "irradiance"; '
+            f'{where}: a channel lacks its lists of numbers "intensity" and "irradiance"; '
             "estimate the response again"
         ) from error
     try:

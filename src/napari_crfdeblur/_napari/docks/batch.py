@@ -1,4 +1,4 @@
-"""Batch and export: many photos with one response and PSF, scripts, sessions and files."""
+"""Batch and export: many photos with one response and PSF, scripts, records and files."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -26,7 +26,7 @@ class BatchDock(Dock):
     """Apply the response and the PSF of the session to many photos, and export what was found."""
 
     def body(self) -> list[Widget]:
-        """Layers and files to be deblurred, the session and its script, exports."""
+        """Layers and files to be deblurred, records and their script, exports."""
         self._method = MethodForm(
             "deconvolution", deconvolvers(), AUTOMATIC, "how the blur is undone"
         )
@@ -35,9 +35,7 @@ class BatchDock(Dock):
             tooltip="photos and stacks of the same camera with the same blur; a stack is "
             "deblurred slice by slice",
         )
-        self._what = ComboBox(
-            label="export", choices=list(EXPORTS), tooltip="what of the session is written"
-        )
+        self._what = ComboBox(label="export", choices=list(EXPORTS), tooltip="what is written")
         return [
             Label(value="<b>Many photos, one response and PSF</b>"),
             self._method,
