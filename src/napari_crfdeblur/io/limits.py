@@ -125,7 +125,7 @@ class Limits:
         if max(claim.shape, default=0) > self.psf_side or prod(claim.shape) > self.psf:
             raise CrfDeblurError(
                 f"{path}: the PSF is too large: {_times(claim.shape)}, where at most "
-                f" {self.psf_side} pixels on a side and {self.psf / MEGA:.0f} million values "
+                f"{self.psf_side} pixels on a side and {self.psf / MEGA:.0f} million values "
                 "are read; cut away what is dark around it"
             )
         self._check_ratio(path, claim)

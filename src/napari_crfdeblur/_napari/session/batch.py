@@ -17,7 +17,7 @@ from ...progress import Job, Progress
 from ...psf import GivenPsf, PsfField
 from .. import outputs
 from ..pixels import source_of, unwrapped
-from .restore import Product, making
+from .products import Product, making
 from .step import Effects, Level, Step, at_once
 from .way import record_of, way_of
 from .workspace import Workspace

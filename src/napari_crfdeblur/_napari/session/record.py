@@ -11,7 +11,7 @@ from ..pixels import source_of
 from ..provenance import provenance
 from ..script import as_script
 from .memory import check_room
-from .restore import Product
+from .products import Product
 from .step import Effects, Level, Step
 from .way import how_far, record_of, way_of
 from .whole import Whole, keep_whole

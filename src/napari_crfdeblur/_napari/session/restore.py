@@ -1,8 +1,7 @@
 """Verbs that make new pictures of the photo: linear, deconvolved, re-applied, compared."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from napari.layers import Image as ImageLayer
@@ -16,7 +15,6 @@ from ...pipeline import (
     DEFAULT_METHOD,
     DeblurOptions,
     PhotoStack,
-    Pixels,
     Record,
     Restored,
     Stage,
@@ -24,12 +22,12 @@ from ...pipeline import (
 )
 from ...pipeline.blur import Blur, widened
 from ...pipeline.intermediates import made
-from ...pipeline.record import identifying, pixels_of
 from ...progress import Job, Progress
 from ...response import Gamma, Response, ResponseCurve, clipped_share
 from .. import outputs
 from ..regions import AxisSpan, visible_part
 from .memory import check_room
+from .products import Product, making, show_all
 from .state import Fitted, Linear, Sharp
 from .step import Effects, Step, at_once
 from .way import Way, record_of, way_of
@@ -38,15 +36,6 @@ from .workspace import Workspace
 NOT_LINEAR = "there is no photo in linear light yet: linearize it first"
 NOT_SHARP = "there is nothing deconvolved yet: deconvolve first"
 LARGEST_PREVIEW = 512  # rows and columns: deblurred in about a third of a second
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Product:
-    """A region after some stages, and what tells it and the photo from others."""
-
-    restored: Restored
-    photo: Pixels
-    result: Pixels
 
 
 class RestoreVerbs(Workspace):
@@ -271,51 +260,6 @@ def counting_clipped(sharp: Image) -> Job[float]:
     return clipped_share(sharp)
 
 
-def show_all(
-    session: Workspace,
-    photo: ImageLayer,
-    source: PhotoStack,
-    way: Way,
-    region: Region,
-    product: Product,
-    chosen: Mapping[str, Any] | None = None,
-) -> Effects[ImageLayer | None]:
-    """Add the layers of a restoration, one by one, and keep them; the deblurred photo, if any."""
-    state, shown = session.state_of(photo), product.restored
-    fitted = made(state.fitted, "a response")
-    record = record_of(
-        source,
-        way,
-        Stage.LINEAR,
-        region=region,
-        photo=product.photo,
-        result=product.result,
-        chosen=chosen,
-    )
-    linear, sharp, restored = state.linear, state.sharp, None
-    if shown.linear is not None:
-        layer = outputs.light_layer(
-            session, photo, outputs.LINEAR, shown.linear, region, state, record
-        )
-        linear, sharp = Linear(layer, region, fitted), None
-        yield
-    record = replace(record, until=Stage.RESTORE)
-    if shown.sharp_linear is not None and linear is not None:
-        layer = outputs.light_layer(
-            session, photo, outputs.SHARP, shown.sharp_linear, region, state, record
-        )
-        sharp = Sharp(layer, linear, record)
-        yield
-    record = replace(record, until=Stage.REAPPLY)
-    state = replace(state, linear=linear, sharp=sharp)
-    if shown.photo is not None:
-        restored = outputs.photo_layer(session, photo, shown.photo, region, state, record)
-        state = replace(state, restored=restored, record=record)
-        yield
-    session.commit(photo, state)
-    return restored
-
-
 def _where(session: Workspace, source: PhotoStack, region: Sequence[AxisSpan] | None) -> Region:
     """The region that is restored, whose results fit into memory."""
     where = source.whole if region is None else session.region(region)
@@ -325,29 +269,6 @@ def _where(session: Workspace, source: PhotoStack, region: Sequence[AxisSpan] | 
 
 def _record(source: PhotoStack, way: Way, until: Stage, region: Region, product: Product) -> Record:
     return record_of(source, way, until, region=region, photo=product.photo, result=product.result)
-
-
-def making(
-    source: PhotoStack,
-    region: Region,
-    responses: Responses,
-    blur: Blur | None,
-    options: DeblurOptions,
-    *,
-    start: Restored | None = None,
-    until: Stage = Stage.REAPPLY,
-) -> Job[Product]:
-    """Long job: the second half of the path for a region, and what tells it from others."""
-    photo = yield from identifying(source)
-    restored = yield from restoring_stack(
-        source, region, responses, blur, options, start=start, until=until
-    )
-    newest = {
-        Stage.LINEAR: restored.linear,
-        Stage.RESTORE: restored.sharp_linear,
-        Stage.REAPPLY: restored.photo,
-    }[until]
-    return Product(restored, photo, pixels_of(source.name, made(newest, "a result")))
 
 
 def within(

@@ -11,7 +11,7 @@ from ...progress import Job, Progress
 from ...psf import GivenPsf
 from .. import outputs
 from .memory import check_room
-from .restore import Product, making, show_all
+from .products import Product, making, show_all
 from .state import EdgeSet, Fitted, Sought, edge_set
 from .step import Effects, Step
 from .way import way_of
