@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
 from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
@@ -40,6 +41,18 @@ class PhotoStack:
     rgb: bool
     white: float | None = None
     name: str = "the photo"
+
+    def __post_init__(self) -> None:
+        what = "a photo or a stack that has a shape, a kind of real number, and parts"
+        if not all(hasattr(self.data, name) for name in ("shape", "ndim", "dtype", "__getitem__")):
+            raise arguments.refusal(what, self.data)
+        arguments.instance(self.rgb, bool, "whether the last axis holds colors")
+        real = arguments.kind_of(self.data).startswith(arguments.REAL)
+        if not real or self.data.ndim < PLANE + self.rgb:
+            raise arguments.refusal(what, self.data)
+        if self.white is not None:
+            arguments.number(self.white, "a white level", above=0)
+        arguments.instance(self.name, str, "a name")
 
     @property
     def shape(self) -> tuple[int, ...]:
