@@ -97,6 +97,8 @@ def write_photo(path: Path | str, photo: Image, like: Path | str | None = None) 
     path = arguments.path(path)
     like = None if like is None else arguments.path(like)
     check_image(photo)
+    if photo.size == 0:
+        raise arguments.refusal("a photo with pixels", photo)
     check_output(path, WRITABLE)
     with replacing(path) as temporary:
         if path.suffix.lower() in TIFF:

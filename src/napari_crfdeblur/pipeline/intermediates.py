@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType, NoneType
 from typing import Any, TypeVar
 
+import numpy as np
+
 from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
 from ..edges import Edge
@@ -70,13 +72,14 @@ class Intermediates:
     def __post_init__(self) -> None:
         arguments.whole(self.axes, "a number of axes", least=PLANE, most=VOLUME)
         axes = self.axes, self.axes + 1
-        arguments.array(self.photo, "a photo (M, N) or (M, N, C), or a volume of them", axes=axes)
+        for name in ("photo", "linear", "sharp_linear", "result"):
+            value = getattr(self, name)
+            if value is not None or name == "photo":
+                what = f"{name} as an array with {self.axes} axes, or one more for colors"
+                arguments.array(arguments.instance(value, np.ndarray, what), what, axes=axes)
         arguments.whole(self.index, "the number of a photo", least=0)
         if self.extent is not None:
             arguments.number(self.extent, "a blur extent in pixels", above=0)
-        for name in ("linear", "sharp_linear", "result"):
-            if getattr(self, name) is not None:
-                arguments.array(getattr(self, name), f"{name} as the photo", axes=axes)
         if self.edges is not None:
             arguments.instances(self.edges, Edge, "edges")
         if self.groups is not None:

@@ -20,6 +20,8 @@ from .intermediates import PLANE, Intermediates
 from .options import DeblurOptions
 from .path import Stage, walking
 
+MOST_WHITE = 1e20  # and 1 over it: what is divided by it stays within single precision
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhotoStack:
@@ -51,7 +53,7 @@ class PhotoStack:
         if not real or self.data.ndim < PLANE + self.rgb:
             raise arguments.refusal(what, self.data)
         if self.white is not None:
-            arguments.number(self.white, "a white level", above=0)
+            arguments.number(self.white, "a white level", least=1 / MOST_WHITE, most=MOST_WHITE)
         arguments.instance(self.name, str, "a name")
 
     @property
