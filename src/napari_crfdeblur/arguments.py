@@ -8,6 +8,7 @@ in words, not deep inside. `what` names the argument as the message does: "a wei
 from collections.abc import Collection, Sequence
 from math import inf, isfinite
 from numbers import Integral, Real
+from pathlib import Path
 from reprlib import Repr
 from typing import Any, TypeVar
 
@@ -53,6 +54,11 @@ def instances(values: Sequence[T], kind: type | tuple[type, ...], what: str) -> 
     for value in values:
         instance(value, kind, what)
     return values
+
+
+def path(value: str | Path, what: str = "the name of a file") -> Path:
+    """The path, if the value is one or a text."""
+    return Path(instance(value, (str, Path), what))
 
 
 def number(

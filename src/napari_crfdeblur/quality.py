@@ -132,7 +132,7 @@ def aligned(image: Image, truth: Image, *, border: int = 16) -> tuple[FloatArray
     check_images(image, truth)
     arguments.whole(border, "a border in pixels")
     if border < 0 or min(image.shape[:2]) < 2 * border + 8:
-        raise ValueError(f"expected a border that leaves 8 pixels of {image.shape}, got {border}")
+        raise arguments.refusal(f"a border that leaves 8 pixels of {image.shape}", border)
     moving, fixed = (to_unit(color(i)).astype(np.float64) for i in (image, truth))
     if border == 0:
         return moving, fixed

@@ -16,6 +16,7 @@ from small_things import (
     PHOTO,
     PLANE,
     PRIOR,
+    QUICK,
     SHAKEN,
     SHAPE,
 )
@@ -25,6 +26,7 @@ from napari_crfdeblur import (
     edges,
     estimate,
     photo,
+    pipeline,
     profiles,
     psf,
     quality,
@@ -33,13 +35,15 @@ from napari_crfdeblur import (
 )
 from napari_crfdeblur.deconvolution import LightNoise, PlaneStatistics, RichardsonLucy, Wiener
 from napari_crfdeblur.edges import Line
-from napari_crfdeblur.estimate import GivenResponse, PolynomialFit
+from napari_crfdeblur.estimate import GivenResponse, PolynomialFit, ResponseEstimate
 from napari_crfdeblur.large import measure_large, restore_large
+from napari_crfdeblur.pipeline import Intermediates, Pixels, Stage
 from napari_crfdeblur.profiles import ByOrientation, EndPoints
-from napari_crfdeblur.psf import PsfStatus
+from napari_crfdeblur.psf import GivenPsf, PsfEstimate, PsfStatus, XuJia
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Scene, TrueEdge
 
+PIXELS = {"name": "photo", "digest": "00ff", "shape": SHAPE, "kind": "uint8"}
 CALLS: dict[Any, dict[str, Any]] = {
     edges.find_edges: {"image": PHOTO, "blur_extent": 5.0},
     edges.refine_edges: {"image": PHOTO, "lines": [Line((2, 15), (21, 17))], "blur_extent": 5.0},
@@ -99,7 +103,21 @@ CALLS: dict[Any, dict[str, Any]] = {
     psf.disk: {"radius": 2.2},
     psf.gaussian: {"sigma": 1.1},
     psf.camera_shake: {"size": 7, "seed": 5},
-    psf.GivenPsf: {"psf": KERNEL},
+    psf.GivenPsf: {"psf": KERNEL, "parts": FIELD},
+    psf.Evidence: {
+        "linear": PLANE,
+        "clipped": PLANE > 0.8,
+        "groups": GROUPS,
+        "response": Gamma(2.0),
+    },
+    psf.estimate_psf: {"evidence": PLANE, "method": XuJia(size=3, region=20)},
+    psf.estimate_psf_field: {
+        "linear": PLANE,
+        "method": XuJia(size=3, region=20),
+        "whole": PsfEstimate(np.array([[1.0, 2.0, 1.0]]), PsfStatus.GOOD),
+        "grid": (1, 2),
+        "clipped": PLANE > 0.8,
+    },
     psf.Poses: {"turns": np.array([-0.01, 0.01]), "times": np.full((2, 3, 3), 1 / 18)},
     psf.PsfEstimate: {"psf": SHAKEN, "status": PsfStatus.GOOD, "diagnostics": {"peak": 0.2}},
     psf.PsfField: {
@@ -142,6 +160,61 @@ CALLS: dict[Any, dict[str, Any]] = {
         "resamples": 1,
     },
     estimate.ResponseEstimate: ESTIMATE,
+    estimate.Responses: {"estimates": (ResponseEstimate(**ESTIMATE),), "fits": ()},
+    estimate.estimate_responses: {"groups": GROUPS, "method": GivenResponse(Gamma(2.0))},
+    estimate.given_responses: {"curve": (Gamma(2.0), Gamma(2.1), Gamma(2.2))},
+    estimate.PerChannel: {"fits": (GivenResponse(Gamma(2.0)),) * 3},
+    pipeline.DeblurOptions: {
+        "response": GivenResponse(Gamma(2.0)),
+        "edges": [EDGE],
+        "blur_extent": 5.0,
+        "psf": GivenPsf(KERNEL),
+        "method": Wiener(),
+        "regions": None,
+    },
+    pipeline.Intermediates: {
+        "photo": PHOTO,
+        "axes": 2,
+        "index": 0,
+        "extent": 5.0,
+        "edges": (EDGE,),
+        "groups": GROUPS,
+        "response": estimate.given_responses(Gamma(2.0)),
+        "linear": PLANE,
+        "psf": PsfEstimate(KERNEL, PsfStatus.GIVEN),
+        "field": FIELD,
+        "sharp_linear": PLANE,
+        "result": None,
+        "chosen": {},
+    },
+    pipeline.PhotoStack: {
+        "data": np.stack([PHOTO, 255 - PHOTO]),
+        "rgb": False,
+        "white": 250.0,
+        "name": "two",
+    },
+    pipeline.Pixels: PIXELS,
+    pipeline.Record: {
+        "photo": Pixels(**PIXELS),
+        "options": QUICK,
+        "until": Stage.LINEAR,
+        "plane": (),
+        "region": ((0, 20), (3, 30)),
+        "white": 250.0,
+        "tiled": False,
+        "chosen": {},
+        "versions": {"numpy": "2"},
+        "result": Pixels(**PIXELS),
+    },
+    pipeline.deblur: {"photo": PHOTO, "options": QUICK},
+    pipeline.edges_needed: {"have": Intermediates(PHOTO), "options": QUICK},
+    pipeline.profiles_for: {
+        "method": estimate.MeanProfile(),
+        "photo": PHOTO,
+        "edges": [EDGE],
+        "index": 1,
+    },
+    pipeline.suited_estimator: {"photo": PHOTO, "extent": 5.0},
     deconvolution.deconvolve: {
         "linear": PLANE,
         "psf": KERNEL,

@@ -5,9 +5,11 @@ from dataclasses import fields
 import numpy as np
 
 from napari_crfdeblur import response
+from napari_crfdeblur.deconvolution import Wiener
 from napari_crfdeblur.edges import Edge
-from napari_crfdeblur.estimate import ResponseStatus
-from napari_crfdeblur.psf import PsfField, PsfStatus
+from napari_crfdeblur.estimate import GivenResponse, ResponseStatus
+from napari_crfdeblur.pipeline import DeblurOptions
+from napari_crfdeblur.psf import GivenPsf, PsfField, PsfStatus
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, ProfileCase, random_profiles
 
@@ -40,3 +42,4 @@ ESTIMATE = {
 }
 ROW = GROUPS[0]
 GROUP = {field.name: getattr(ROW, field.name) for field in fields(ROW)}
+QUICK = DeblurOptions(GivenResponse(Gamma(2.0)), psf=GivenPsf(KERNEL), method=Wiener())

@@ -24,7 +24,7 @@ from napari_crfdeblur.estimate import KnownPsf, MaximumLikelihood
 from napari_crfdeblur.large import restore_large
 from napari_crfdeblur.profiles import ByOrientation, ProfileSource, sample_profiles
 from napari_crfdeblur.profiles.group import cluster
-from napari_crfdeblur.psf import camera_shake, disk, gaussian, line
+from napari_crfdeblur.psf import camera_shake, disk, gaussian, line, projection
 from napari_crfdeblur.response import Gamma, linearize, reapply
 from napari_crfdeblur.simulate import (
     CameraMotion,
@@ -64,6 +64,32 @@ def test_negative_light_counts_as_none_in_richardson_lucy(method, dtype):
 def test_a_psf_whose_sum_overflows_is_refused(use):
     with pytest.raises(ValueError, match=r"expected a PSF .*whose sum is finite"):
         use()
+
+
+@pytest.mark.parametrize("sides", [(24, 33), (7, 41), (41, 7)])
+def test_of_a_wide_psf_only_pixels_near_an_edge_are_projected_one_by_one(monkeypatch, sides):
+    psf = np.random.default_rng(3).random(sides) + 0.1
+    psf /= psf.sum()
+    positions = np.linspace(-30, 30, 81)
+    seen = []
+
+    plain = projection.project_pixel
+
+    def counted(distances, normal):
+        seen.append(distances.size)
+        return plain(distances, normal)
+
+    grid = np.stack(np.mgrid[: sides[0], : sides[1]], axis=-1) - np.array(sides) // 2
+    for angle in (0.0, 0.37, pi / 2, 2.5):
+        normal = np.array([np.sin(angle), np.cos(angle)])
+        distances = positions[:, np.newaxis, np.newaxis] - grid @ normal
+        expected = (plain(distances, normal) * psf).sum(axis=(1, 2))
+        with monkeypatch.context() as patch:
+            patch.setattr(projection, "project_pixel", counted)
+            found = projection.project(psf, angle, positions)
+        np.testing.assert_allclose(found, expected, atol=1e-12)
+    # Of a row of pixels, or of a column, two at most lie within reach of an edge.
+    assert max(seen) <= 2 * max(sides) * positions.size
 
 
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64])

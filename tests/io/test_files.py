@@ -96,8 +96,8 @@ def test_a_writer_that_fails_midway_leaves_the_old_photo(tmp_path, monkeypatch, 
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_an_encoder_that_fails_leaves_the_old_psf(path):
-    with pytest.raises((ValueError, TypeError, RuntimeError)):
+def test_what_is_no_psf_leaves_the_old_one(path):
+    with pytest.raises(CrfDeblurError, match="a stack of them"):
         write_psf(path, np.ones((3, 5, 7, 2)))
     assert path.read_bytes() == KEPT
     assert list(path.parent.iterdir()) == [path]

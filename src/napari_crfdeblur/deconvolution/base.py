@@ -62,7 +62,7 @@ def deconvolving(
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve`: reports progress, can be stopped."""
     linear = arguments.array(linear, "a linear image of float32 or float64")
-    psf = as_psf(arguments.addable(psf, "a PSF"))
+    psf = as_psf(psf)
     check_method(method)
     _check_image(linear, psf)
     clipped = _checked(clipped, linear)

@@ -132,7 +132,7 @@ def measure(
         True where the camera saturated: the misfit is not measured there.
     """
     plane = check_plane(plane)
-    psf = None if psf is None else as_psf(arguments.addable(psf, "a PSF"))
+    psf = None if psf is None else as_psf(psf)
     if clipped is not None:
         clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
     if clipped is not None and clipped.shape != plane.shape:

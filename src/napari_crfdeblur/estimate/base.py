@@ -4,10 +4,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Protocol, Self
+from types import NoneType
+from typing import Protocol, Self, runtime_checkable
 
-import numpy as np
-
+from .. import arguments
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..progress import Job, drain
@@ -96,12 +96,25 @@ class ResponseEstimate:
     posterior: ResponsePrior | None = None
 
     def __post_init__(self) -> None:
+        arguments.instance(self.curve, ResponseCurve, "a response curve")
+        arguments.instance(self.status, ResponseStatus, "a status of a response")
+        arguments.instance(self.diagnostics, dict, "figures by their names")
+        arguments.instance(self.posterior, (ResponsePrior, NoneType), "a prior or None")
+        findings = arguments.instances(self.findings, Finding, "findings about a response")
+        object.__setattr__(self, "findings", tuple(findings))
+        covered = arguments.numbers(self.covered, "a range of intensity", count=2)
+        object.__setattr__(self, "covered", covered)
         for name in ("intensity", "lower", "upper"):
-            values = np.array(getattr(self, name), dtype=np.float64)
-            values.setflags(write=False)
+            values = arguments.kept(getattr(self, name), f"samples of {name}", axes=(1,))
             object.__setattr__(self, name, values)
+        if not self.intensity.shape == self.lower.shape == self.upper.shape:
+            raise ValueError(
+                f"expected a band at {self.intensity.size} intensities, got {self.lower.size} "
+                f"and {self.upper.size}"
+            )
 
 
+@runtime_checkable
 class LiveEstimate(Protocol):
     """An estimate that can follow its profiles while they change, a step at a time."""
 
@@ -127,6 +140,15 @@ class Responses:
 
     estimates: tuple[ResponseEstimate, ...]
     fits: tuple[LiveEstimate, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        what = "an estimate of all channels, or of each"
+        estimates = arguments.instances(self.estimates, ResponseEstimate, what)
+        if not estimates:
+            raise arguments.refusal(what, estimates)
+        fits = arguments.instances(self.fits, LiveEstimate, "estimates that follow their profiles")
+        object.__setattr__(self, "estimates", tuple(estimates))
+        object.__setattr__(self, "fits", tuple(fits))
 
     @property
     def curve(self) -> Response:
@@ -194,10 +216,8 @@ def estimate_responses(groups: Sequence[ProfileGroup], method: ResponseFit) -> R
 
 
 def _check(groups: Sequence[ProfileGroup], method: ResponseFit) -> None:
-    if not isinstance(method, ResponseFit):
-        raise ValueError(f"expected a method to find a response, got {method!r:.80}")
-    if not isinstance(groups, Sequence) or not all(isinstance(g, ProfileGroup) for g in groups):
-        raise ValueError(f"expected a sequence of groups of profiles, got {groups!r:.80}")
+    arguments.instance(method, ResponseFit, "a method to find a response")
+    arguments.instances(groups, ProfileGroup, "a sequence of groups of profiles")
 
 
 def estimate_response(groups: Sequence[ProfileGroup], method: ResponseFit) -> ResponseEstimate:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import arguments
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress
 from ..response import Response, ResponseCurve
@@ -25,8 +26,7 @@ class GivenResponse(ResponseFit):
     curve: ResponseCurve
 
     def __post_init__(self) -> None:
-        if not isinstance(self.curve, ResponseCurve):
-            raise ValueError(f"expected a response curve, got {self.curve!r:.80}")
+        arguments.instance(self.curve, ResponseCurve, "a response curve")
 
     @property
     def needs_profiles(self) -> bool:
@@ -36,7 +36,7 @@ class GivenResponse(ResponseFit):
     def run(self, groups: Sequence[ProfileGroup]) -> Job[ResponseEstimate]:
         """Long job: hand out the curve, with a band of no width."""
         yield Progress("given response", 1, 1)
-        return self.estimate(covered_range(groups) if groups else (0.0, 1.0))
+        return self.estimate(covered_range(groups) if any(map(len, groups)) else (0.0, 1.0))
 
     def estimate(self, covered: tuple[float, float] = (0.0, 1.0)) -> ResponseEstimate:
         """The curve as an estimate that covers the given range of intensity."""
@@ -60,7 +60,8 @@ def given_responses(curve: Response) -> Responses:
     ValueError
         Not one curve or three.
     """
-    curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
-    if len(curves) not in (1, 3):
-        raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
+    what = "one response curve or 3, one for each channel"
+    curves = (curve,) if isinstance(curve, ResponseCurve) else curve
+    if len(arguments.instances(curves, ResponseCurve, what)) not in (1, 3):
+        raise arguments.refusal(what, curves)
     return Responses(tuple(GivenResponse(own).estimate() for own in curves))

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from .. import arguments
 from ..profiles import of_channel
 from ..profiles.base import ProfileGroup
 from ..progress import Job
@@ -26,14 +27,11 @@ class PerChannel(ResponseFit):
     fits: tuple[ResponseFit, ...]
 
     def __post_init__(self) -> None:
-        fits = tuple(self.fits) if isinstance(self.fits, Sequence) else ()
-        single = [isinstance(fit, ResponseFit) and not isinstance(fit, PerChannel) for fit in fits]
-        if len(fits) != CHANNELS or not all(single):
-            raise ValueError(
-                f"expected {CHANNELS} methods to find a response, one for each channel, "
-                f"got {self.fits!r:.80}"
-            )
-        object.__setattr__(self, "fits", fits)
+        what = f"{CHANNELS} methods to find a response, one for each channel"
+        fits = arguments.instances(self.fits, ResponseFit, what)
+        if len(fits) != CHANNELS or any(isinstance(fit, PerChannel) for fit in fits):
+            raise arguments.refusal(what, fits)
+        object.__setattr__(self, "fits", tuple(fits))
 
     @classmethod
     def alike(cls, fit: ResponseFit) -> "PerChannel":

@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from .. import arguments
 from ..errors import CrfDeblurError
 from ..pipeline import Record
 from .files import check_output, write_text
@@ -20,13 +21,15 @@ def record_content(record: Record) -> dict[str, Any]:
     return {"format": FORMAT, "version": VERSION, "record": to_record(record)}
 
 
-def write_record(path: Path, record: Record) -> None:
+def write_record(path: Path | str, record: Record) -> None:
     """Write a record as JSON, whole or not at all."""
+    path = arguments.path(path)
+    arguments.instance(record, Record, "a Record")
     check_output(path, SUFFIXES)
     write_text(path, json.dumps(record_content(record), indent=1, allow_nan=False) + "\n")
 
 
-def read_record(path: Path) -> Record:
+def read_record(path: Path | str) -> Record:
     """Read what was done with a photo, so that it can be repeated.
 
     Raises
@@ -34,6 +37,7 @@ def read_record(path: Path) -> Record:
     CrfDeblurError
         Missing, not a record, damaged, or of another version.
     """
+    path = arguments.path(path)
     return record_from(read_json(path), str(path))
 
 

@@ -8,6 +8,7 @@ from math import degrees
 from pathlib import Path
 from typing import Any
 
+from .. import arguments
 from ..edges import Edge, Line, Rectangle
 from ..errors import DAMAGED, CrfDeblurError
 from ..texts import brief
@@ -25,7 +26,7 @@ COLUMNS = (
 )
 
 
-def write_edges(path: Path, edges: Sequence[Edge]) -> None:
+def write_edges(path: Path | str, edges: Sequence[Edge]) -> None:
     """Write edges with what is known of them, whole or not at all.
 
     Parameters
@@ -36,6 +37,8 @@ def write_edges(path: Path, edges: Sequence[Edge]) -> None:
     edges : sequence of Edge
         Good ones and rejected ones.
     """
+    path = arguments.path(path)
+    arguments.instances(edges, Edge, "edges")
     check_output(path, SUFFIXES)
     if path.suffix.lower() == ".csv":
         write_text(path, _table(edges))
@@ -48,7 +51,7 @@ def edges_content(edges: Sequence[Edge]) -> dict[str, Any]:
     return {"format": FORMAT, "version": VERSION, "edges": [_entry(e) for e in edges]}
 
 
-def read_edges(path: Path, *, limits: Limits = LIMITS) -> tuple[Line | Rectangle, ...]:
+def read_edges(path: Path | str, *, limits: Limits = LIMITS) -> tuple[Line | Rectangle, ...]:
     """Read where edges are: each has ``start`` and ``end``, or the 4 ``corners`` of a rectangle.
 
     Only JSON is read. Points are [row, column] in pixels. Found edges that were rejected are
@@ -65,7 +68,8 @@ def read_edges(path: Path, *, limits: Limits = LIMITS) -> tuple[Line | Rectangle
     CrfDeblurError
         Missing, or not a file of edges.
     """
-    text = read_bytes(path, limits.json)
+    path = arguments.path(path)
+    text = read_bytes(path, arguments.instance(limits, Limits, "Limits").json)
     try:
         content = parse_json(text, limits=limits)
         if content["format"] != FORMAT:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias
 
 import numpy as np
 
+from .. import arguments
 from .._typing import Image
 from .._version import __version__
 from ..errors import DAMAGED, CrfDeblurError
-from ..photo import ALPHA, color
+from ..photo import ALPHA, check_image, color
 from .files import check_output, replacing
 from .inputs import damaged, open_input, size_of
 from .limits import LIMITS, Claim, Limits
@@ -30,7 +31,7 @@ LONGEST_EXIF = 65533  # bytes; a segment of a JPEG counts its own length in 16 b
 Check: TypeAlias = Callable[[Path, Claim], None]
 
 
-def read_photo(path: Path, *, limits: Limits = LIMITS) -> Image:
+def read_photo(path: Path | str, *, limits: Limits = LIMITS) -> Image:
     """Read a photo, upright.
 
     Parameters
@@ -50,7 +51,9 @@ def read_photo(path: Path, *, limits: Limits = LIMITS) -> Image:
     CrfDeblurError
         Missing, no image, too large, truncated, or of a kind that is not supported.
     """
-    return read_picture(path, limits.check_photo)
+    return read_picture(
+        arguments.path(path), arguments.instance(limits, Limits, "Limits").check_photo
+    )
 
 
 def read_picture(path: Path, check: Check) -> Image:
@@ -78,7 +81,7 @@ def read_picture(path: Path, check: Check) -> Image:
     return _supported(path, pixels)
 
 
-def write_photo(path: Path, photo: Image, like: Path | None = None) -> None:
+def write_photo(path: Path | str, photo: Image, like: Path | str | None = None) -> None:
     """Write a photo, whole or not at all.
 
     Parameters
@@ -91,6 +94,11 @@ def write_photo(path: Path, photo: Image, like: Path | None = None) -> None:
     like : Path, optional
         Photo whose color profile and camera data go into a JPEG or an 8-bit PNG.
     """
+    path = arguments.path(path)
+    like = None if like is None else arguments.path(like)
+    check_image(photo)
+    if photo.size == 0:
+        raise arguments.refusal("a photo with pixels", photo)
     check_output(path, WRITABLE)
     with replacing(path) as temporary:
         if path.suffix.lower() in TIFF:

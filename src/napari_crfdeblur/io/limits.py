@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 from math import prod
 from pathlib import Path
 
+from .. import arguments
 from ..errors import CrfDeblurError
 from ..photo import ALPHA
 from ..texts import brief
@@ -77,13 +78,11 @@ class Limits:
 
     def __post_init__(self) -> None:
         for name in self.__slots__:
-            if getattr(self, name) < 1:
-                raise ValueError(f"expected {name} of at least 1, got {getattr(self, name)}")
+            arguments.number(getattr(self, name), name, least=1)
 
     def with_photos_of(self, megapixels: float) -> "Limits":
         """These limits for photos of up to so many megapixels, read whole or in parts."""
-        if not 0 < megapixels < float("inf"):
-            raise ValueError(f"expected a number of megapixels above 0, got {megapixels}")
+        arguments.number(megapixels, "a number of megapixels", above=0)
         photo = max(1, round(megapixels * MEGA))
         return replace(self, photo=photo, large=max(self.large, photo))
 

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
 from ..errors import DAMAGED, CrfDeblurError
 from ..photo import from_unit
@@ -20,7 +21,7 @@ SUFFIXES = (".png", *TIFF, ".npy")
 VOLUME = 3  # axes
 
 
-def read_psf(path: Path, *, limits: Limits = LIMITS) -> FloatArray:
+def read_psf(path: Path | str, *, limits: Limits = LIMITS) -> FloatArray:
     """Read a PSF: scaled to sum 1, padded to odd sides, its center of mass in the middle.
 
     Parameters
@@ -41,19 +42,29 @@ def read_psf(path: Path, *, limits: Limits = LIMITS) -> FloatArray:
     CrfDeblurError
         Missing, unreadable, too large, in color, negative, not finite or all zero.
     """
+    path = arguments.path(path)
+    arguments.instance(limits, Limits, "Limits")
     npy = path.suffix.lower() == ".npy"
     values = _read_array(path, limits) if npy else _read_pixels(path, limits)
     try:
-        return centered(as_psf(values))
+        return centered(values)
     except CrfDeblurError as error:
         raise CrfDeblurError(f"{path}: {error}") from error
 
 
-def write_psf(path: Path, psf: FloatArray) -> None:
+def write_psf(path: Path | str, psf: FloatArray) -> None:
     """Write a PSF: NPY and TIFF keep its values, PNG is scaled to 16 bits for the eye.
 
     One of three dimensions becomes the pages of a TIFF, or an NPY.
+
+    Parameters
+    ----------
+    path : Path
+        File that ends in ``.png``, ``.tif``, ``.tiff`` or ``.npy``.
+    psf : ndarray, shape (H, W) or (D, H, W)
+        What :func:`~napari_crfdeblur.psf.as_psf` takes, and is made of it first.
     """
+    path, psf = arguments.path(path), as_psf(psf)
     check_output(path, SUFFIXES)
     if path.suffix.lower() == ".npy":
         with replacing(path) as temporary:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from .._version import __version__
 from ..errors import CrfDeblurError
 from ..estimate import ResponseEstimate
@@ -20,7 +21,7 @@ FORMAT, VERSION, DIRECTION = "crfdeblur-response", 1, "inverse"
 SUFFIXES = (".json",)
 
 
-def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
+def write_responses(path: Path | str, estimates: Sequence[ResponseEstimate]) -> None:
     """Write inverse responses as JSON, whole or not at all: bands, status and findings, too.
 
     Parameters
@@ -30,12 +31,14 @@ def write_responses(path: Path, estimates: Sequence[ResponseEstimate]) -> None:
     estimates : sequence of ResponseEstimate
         One for all channels, or one for each of R, G, B.
     """
+    path = arguments.path(path)
     check_output(path, SUFFIXES)
     write_text(path, json.dumps(responses_content(estimates), indent=1) + "\n")
 
 
 def responses_content(estimates: Sequence[ResponseEstimate]) -> dict[str, Any]:
     """What a response file holds, as ``json`` takes it: 1 or 3 estimates with their bands."""
+    arguments.instances(estimates, ResponseEstimate, "1 or 3 estimates of a response")
     if len(estimates) not in (1, 3):
         raise ValueError(f"expected 1 or 3 estimates, got {len(estimates)}")
     names = ["all"] if len(estimates) == 1 else ["R", "G", "B"]
@@ -48,7 +51,7 @@ def responses_content(estimates: Sequence[ResponseEstimate]) -> dict[str, Any]:
     }
 
 
-def read_responses(path: Path, *, limits: Limits = LIMITS) -> tuple[Tabulated, ...]:
+def read_responses(path: Path | str, *, limits: Limits = LIMITS) -> tuple[Tabulated, ...]:
     """Read the response of each channel, or the one of all.
 
     Parameters
@@ -63,7 +66,10 @@ def read_responses(path: Path, *, limits: Limits = LIMITS) -> tuple[Tabulated, .
     CrfDeblurError
         Missing, not a response of this format, of the wrong direction, not increasing.
     """
-    return responses_from(read_json(path, limits=limits), str(path))
+    path = arguments.path(path)
+    return responses_from(
+        read_json(path, limits=arguments.instance(limits, Limits, "Limits")), str(path)
+    )
 
 
 def responses_from(content: Any, where: str) -> tuple[Tabulated, ...]:

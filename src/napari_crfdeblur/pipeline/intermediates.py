@@ -3,9 +3,12 @@
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 from typing import Any, TypeVar
 
+import numpy as np
+
+from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
 from ..edges import Edge
 from ..estimate import Responses
@@ -14,7 +17,7 @@ from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
 from ..response import clipped_pixels
 
-PLANE = 2  # axes
+PLANE, VOLUME = 2, 3  # axes
 T = TypeVar("T")
 
 
@@ -65,6 +68,25 @@ class Intermediates:
     sharp_linear: FloatArray | None = None
     result: Image | None = None
     chosen: Mapping[str, Any] = dataclasses.field(default_factory=lambda: MappingProxyType({}))
+
+    def __post_init__(self) -> None:
+        arguments.whole(self.axes, "a number of axes", least=PLANE, most=VOLUME)
+        axes = self.axes, self.axes + 1
+        for name in ("photo", "linear", "sharp_linear", "result"):
+            value = getattr(self, name)
+            if value is not None or name == "photo":
+                what = f"{name} as an array with {self.axes} axes, or one more for colors"
+                arguments.array(arguments.instance(value, np.ndarray, what), what, axes=axes)
+        arguments.whole(self.index, "the number of a photo", least=0)
+        if self.extent is not None:
+            arguments.number(self.extent, "a blur extent in pixels", above=0)
+        if self.edges is not None:
+            arguments.instances(self.edges, Edge, "edges")
+        if self.groups is not None:
+            arguments.instances(self.groups, ProfileGroup, "groups of profiles")
+        for name, kind in (("response", Responses), ("psf", PsfEstimate), ("field", PsfField)):
+            arguments.instance(getattr(self, name), (kind, NoneType), f"{kind.__name__} or None")
+        arguments.instance(self.chosen, Mapping, "what was chosen, by the name of the option")
 
     @property
     def has_colors(self) -> bool:

@@ -1,16 +1,17 @@
 """How a photo is deblurred: everything that can be chosen, checked where it is made."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import hypot, isfinite
+from math import hypot
+from types import NoneType
 from typing import TypeAlias
 
+from .. import arguments
 from ..deconvolution import Deconvolver
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
 from ..psf import PsfEstimator
-from ..psf.field.regions import PartGrid
+from ..psf.field.regions import PartGrid, part_counts
 
 Drawn: TypeAlias = Edge | Line | Rectangle
 """What tells where an edge is: one that was measured, or a drawn line or rectangle."""
@@ -54,17 +55,19 @@ class DeblurOptions:
     regions: int | PartGrid | None = None
 
     def __post_init__(self) -> None:
-        _check("response", self.response, ResponseFit, "a method to find the response")
-        if self.psf is not None:
-            _check("psf", self.psf, PsfEstimator, "a method to find the PSF")
-        if self.method is not None:
-            _check("method", self.method, Deconvolver, "a method of deconvolution")
+        arguments.instance(self.response, ResponseFit, "a method to find the response")
+        arguments.instance(self.psf, (PsfEstimator, NoneType), "a method to find the PSF")
+        arguments.instance(self.method, (Deconvolver, NoneType), "a method of deconvolution")
         if self.edges is not None:
-            object.__setattr__(self, "edges", _edges(self.edges))
+            edges = arguments.instances(
+                self.edges, (Edge, Line, Rectangle), "edges, lines and rectangles"
+            )
+            object.__setattr__(self, "edges", tuple(edges))
         if self.blur_extent is not None:
-            object.__setattr__(self, "blur_extent", _extent(self.blur_extent))
+            extent = arguments.number(self.blur_extent, "a blur extent in pixels", above=0)
+            object.__setattr__(self, "blur_extent", float(extent))
         if self.regions is not None:
-            object.__setattr__(self, "regions", _regions(self.regions))
+            object.__setattr__(self, "regions", part_counts(self.regions))
 
     def check_for(self, sides: PartGrid, channels: int) -> None:
         """Refuse what does not fit a photo, before any work.
@@ -99,35 +102,3 @@ class DeblurOptions:
                 f"{self.response.channels} responses do not fit the {channels} channels of the "
                 "photo; use one response for all"
             )
-
-
-def _check(name: str, value: object, kind: type, what: str) -> None:
-    if not isinstance(value, kind):
-        raise ValueError(f"expected {what} as {name}, got {value!r:.80}")
-
-
-def _edges(edges: object) -> tuple[Drawn, ...]:
-    if not isinstance(edges, Sequence) or not all(
-        isinstance(edge, Edge | Line | Rectangle) for edge in edges
-    ):
-        raise ValueError(f"expected edges, lines and rectangles, got {edges!r:.80}")
-    return tuple(edges)
-
-
-def _extent(extent: object) -> float:
-    if isinstance(extent, bool) or not hasattr(extent, "__float__") or isinstance(extent, str):
-        raise ValueError(f"expected a blur extent in pixels, got {extent!r:.80}")
-    value = float(extent)
-    if not (isfinite(value) and value > 0):
-        raise ValueError(f"expected a blur extent above 0 pixels, got {value}")
-    return value
-
-
-def _regions(regions: object) -> int | PartGrid:
-    counts = regions if isinstance(regions, tuple | list) else (regions,)
-    whole = [isinstance(n, int) and not isinstance(n, bool) and n >= 1 for n in counts]
-    if not (all(whole) and len(counts) == (2 if isinstance(regions, tuple | list) else 1)):
-        raise ValueError(
-            f"expected a whole number of parts, or rows and columns of them, got {regions!r:.80}"
-        )
-    return (counts[0], counts[1]) if len(counts) > 1 else counts[0]

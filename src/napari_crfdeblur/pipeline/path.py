@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
 from ..deconvolution import Deconvolver, LocalShrinkage, deconvolving
 from ..deconvolution.varying import deconvolving_varying
@@ -199,6 +200,9 @@ def walking(
     ValueError
         Not a photo, or options of another kind.
     """
+    arguments.instance(have, Intermediates, "Intermediates")
+    for stage in (start, until):
+        arguments.instance(stage, Stage, "a Stage")
     stages = list(Stage)
     ahead = stages[stages.index(start) : stages.index(until) + 1]
     _check(have, options, [stage for stage in ahead if not stage.is_done(have)])
@@ -213,6 +217,8 @@ def walking(
 
 def edges_needed(have: Intermediates, options: DeblurOptions) -> bool:
     """Whether edges have to be looked for: for the response, or for a PSF from them alone."""
+    arguments.instance(have, Intermediates, "Intermediates")
+    arguments.instance(options, DeblurOptions, "DeblurOptions")
     for_response = have.response is None and options.response.needs_profiles
     for_psf = have.psf is None and options.psf is not None and options.psf.needs_edges
     return for_response or for_psf
@@ -228,6 +234,9 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     extent : float, optional
         Largest width of a blurred edge in pixels.
     """
+    if extent is not None:
+        arguments.number(extent, "a blur extent in pixels", above=0)
+    photo = arguments.array(photo, "a photo (M, N) or (M, N, C)", axes=(2, 3))
     largest = min(photo.shape[:2]) // 3
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
@@ -240,8 +249,7 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
 
 def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) -> None:
     """Refuse a photo from which nothing can be found, or whose values are none."""
-    if not isinstance(options, DeblurOptions):
-        raise ValueError(f"expected DeblurOptions, got {options!r:.80}")
+    arguments.instance(options, DeblurOptions, "DeblurOptions")
     if have.axes == PLANE and SEEKING & {*ahead}:
         check_photo(have.photo)
         options.check_for(have.sides, have.channels)

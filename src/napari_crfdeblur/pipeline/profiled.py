@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from .. import arguments
 from .._typing import Image
 from ..edges import Edge
 from ..estimate import ResponseFit
@@ -35,6 +36,6 @@ def profiles_for(
     that lie a little beside where they were located, the channels of each edge are a group of
     their own where edges lie between different colors and one response serves all channels.
     """
-    have = Intermediates(photo, index=index, edges=tuple(edges))
+    have = Intermediates(photo, index=index, edges=tuple(arguments.instances(edges, Edge, "edges")))
     job = walking(have, DeblurOptions(response=method), until=Stage.PROFILES)
     return drain(job).groups or ()

@@ -1,13 +1,16 @@
 """What was done with a photo: enough to do it again, and to say whether the same comes out."""
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
+from numbers import Integral
+from types import NoneType
 from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from .._typing import Image
 from .._version import __version__
 from ..errors import CrfDeblurError
@@ -40,6 +43,13 @@ class Pixels:
     digest: str
     shape: tuple[int, ...]
     kind: str
+
+    def __post_init__(self) -> None:
+        for name in ("name", "digest", "kind"):
+            arguments.instance(getattr(self, name), str, f"a {name} as text")
+        for side in arguments.instances(self.shape, Integral, "a shape"):
+            arguments.whole(side, "a side", least=0)
+        object.__setattr__(self, "shape", tuple(self.shape))
 
     def same_as(self, other: "Pixels") -> bool:
         """Whether both have the same values, whatever they are called."""
@@ -85,6 +95,25 @@ class Record:
     chosen: dict[str, Any] = field(default_factory=dict)
     versions: dict[str, str] = field(default_factory=lambda: versions())
     result: Pixels | None = None
+
+    def __post_init__(self) -> None:
+        arguments.instance(self.photo, Pixels, "the Pixels of a photo")
+        arguments.instance(self.options, DeblurOptions, "DeblurOptions")
+        arguments.instance(self.until, Stage, "a Stage")
+        for index in arguments.instances(self.plane, Integral, "the index of a slice"):
+            arguments.whole(index, "the index of a slice", least=0)
+        spans = () if self.region is None else self.region
+        for span in arguments.instances(spans, Sequence, "start and stop of each axis"):
+            if len(span) != 2:
+                raise arguments.refusal("start and stop of an axis", span)
+            arguments.whole(span[0], "the start of an axis", least=0)
+            arguments.whole(span[1], "the stop of an axis", least=span[0])
+        if self.white is not None:
+            arguments.number(self.white, "a white level", above=0)
+        arguments.instance(self.tiled, bool, "whether it was done in tiles")
+        for named in (self.chosen, self.versions):
+            arguments.instance(named, dict, "values by their names")
+        arguments.instance(self.result, (Pixels, NoneType), "the Pixels of a result or None")
 
     def check_fits(self, stack: PhotoStack) -> None:
         """Refuse a photo on which this cannot be done again.

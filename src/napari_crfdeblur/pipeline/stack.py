@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
 from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
@@ -18,6 +19,8 @@ from .blur import Blur, axes_of, check_reach, part_of
 from .intermediates import PLANE, Intermediates
 from .options import DeblurOptions
 from .path import Stage, walking
+
+MOST_WHITE = 1e20  # and 1 over it: what is divided by it stays within single precision
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +43,18 @@ class PhotoStack:
     rgb: bool
     white: float | None = None
     name: str = "the photo"
+
+    def __post_init__(self) -> None:
+        what = "a photo or a stack that has a shape, a kind of real number, and parts"
+        if not all(hasattr(self.data, name) for name in ("shape", "ndim", "dtype", "__getitem__")):
+            raise arguments.refusal(what, self.data)
+        arguments.instance(self.rgb, bool, "whether the last axis holds colors")
+        real = arguments.kind_of(self.data).startswith(arguments.REAL)
+        if not real or self.data.ndim < PLANE + self.rgb:
+            raise arguments.refusal(what, self.data)
+        if self.white is not None:
+            arguments.number(self.white, "a white level", least=1 / MOST_WHITE, most=MOST_WHITE)
+        arguments.instance(self.name, str, "a name")
 
     @property
     def shape(self) -> tuple[int, ...]:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray, Image
 from ..edges import Edge
 from ..estimate import ResponseEstimate
@@ -91,7 +92,7 @@ def deblurring(
     observe : callable, optional
         Called after each stage with it and with the intermediates by then.
     """
-    start = Intermediates(np.asarray(photo))
+    start = Intermediates(np.asarray(arguments.array(photo, "a photo as an array")))
     chosen = DeblurOptions() if options is None else options
     return Deblurred.of((yield from walking(start, chosen, observe=observe)))
 

@@ -2,7 +2,6 @@
 
 import dataclasses
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, ClassVar
@@ -10,11 +9,12 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .. import arguments
 from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress, drain
-from ..response import Response
+from ..response import Response, ResponseCurve
 
 if TYPE_CHECKING:
     from .field import PsfField
@@ -47,9 +47,9 @@ class PsfEstimate:
     Parameters
     ----------
     psf : ndarray, shape (H, W)
-        Non-negative, sum 1, both sides odd, in (row, column) pixels; the blurred image is
-        the convolution of the sharp one with it, and its center pixel is the origin. One that
-        was given can have three dimensions, (D, H, W).
+        Non-negative, in (row, column) pixels; scaled to sum 1 and padded to odd sides by
+        :func:`as_psf`. The blurred image is the convolution of the sharp one with it, and its
+        center pixel is the origin. One that was given can have three dimensions, (D, H, W).
     status : PsfStatus
         How far it can be trusted.
     diagnostics : dict of str to float
@@ -61,7 +61,9 @@ class PsfEstimate:
     diagnostics: dict[str, float] = dataclasses.field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        psf = np.array(self.psf, dtype=np.float64)
+        arguments.instance(self.status, PsfStatus, "a status of a PSF")
+        arguments.instance(self.diagnostics, dict, "figures by their names")
+        psf = as_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 
@@ -90,18 +92,18 @@ class Evidence:
 
     def __post_init__(self) -> None:
         if self.linear is not None:
-            linear, clipped = _light(np.asarray(self.linear)), self.clipped
-            if clipped is not None and np.shape(clipped) != np.shape(self.linear):
-                raise ValueError(
-                    f"expected clipped pixels of shape {linear.shape}, got {np.shape(clipped)}"
-                )
+            whole = arguments.array(self.linear, "an image (M, N) or (M, N, 3)", axes=(2, 3))
+            linear = _light(whole)
             object.__setattr__(self, "linear", linear)
-            if clipped is not None and np.ndim(clipped) > 2:
-                object.__setattr__(self, "clipped", clipped[..., : linear.shape[-1]])
-        groups = tuple(self.groups) if isinstance(self.groups, Sequence) else (None,)
-        if not all(isinstance(group, ProfileGroup) for group in groups):
-            raise ValueError(f"expected groups of profiles, got {self.groups!r:.80}")
-        object.__setattr__(self, "groups", groups)
+            if self.clipped is not None:
+                object.__setattr__(self, "clipped", _clipped(self.clipped, whole.shape))
+        elif self.clipped is not None:
+            raise arguments.refusal("clipped pixels together with their image", self.clipped)
+        groups = arguments.instances(self.groups, ProfileGroup, "groups of profiles")
+        object.__setattr__(self, "groups", tuple(groups))
+        if not (self.response is None or isinstance(self.response, ResponseCurve)):
+            what = "a response curve, or one for each channel"
+            arguments.instances(self.response, ResponseCurve, what)
 
     @property
     def picture(self) -> FloatArray:
@@ -119,11 +121,19 @@ class Evidence:
 
 def _light(linear: FloatArray) -> FloatArray:
     """A picture as methods take it: float32, at most 3 channels."""
-    if linear.ndim not in (2, 3) or linear.size == 0 or linear.dtype.kind not in "fiub":
-        raise ValueError(
-            f"expected an image (M, N) or (M, N, 3), got {linear.dtype} of shape {linear.shape}"
-        )
-    return np.asarray(linear if linear.ndim == 2 else linear[..., :3], dtype=np.float32)
+    if 0 in linear.shape:
+        raise arguments.refusal("an image (M, N) or (M, N, 3)", linear)
+    seen = linear if linear.ndim == 2 else linear[..., :3]
+    arguments.check_pixels(seen)
+    return np.asarray(seen, dtype=np.float32)
+
+
+def _clipped(clipped: BoolArray, shape: tuple[int, ...]) -> BoolArray:
+    """Clipped pixels of a picture of this shape, of the channels that count."""
+    found = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
+    if found.shape != shape:
+        raise ValueError(f"expected clipped pixels of shape {shape}, got {found.shape}")
+    return np.asarray(found if found.ndim == 2 else found[..., :3])
 
 
 class PsfEstimator(ABC):
@@ -148,15 +158,12 @@ class PsfEstimator(ABC):
 
 def estimating_psf(evidence: Evidence | FloatArray, method: PsfEstimator) -> Job[PsfEstimate]:
     """Job of :func:`estimate_psf`: reports progress, can be stopped."""
-    if not isinstance(method, PsfEstimator):
-        raise ValueError(f"expected a method to find a PSF, got {method!r:.80}")
-    seen = evidence if isinstance(evidence, Evidence) else Evidence(np.asarray(evidence))
+    arguments.instance(method, PsfEstimator, "a method to find a PSF")
+    if evidence is None:
+        raise arguments.refusal("an image or other evidence of a PSF", evidence)
+    seen = evidence if isinstance(evidence, Evidence) else Evidence(evidence)
     if seen.linear is not None:
         yield Progress("PSF", 0, 1)
-        if not np.isfinite(seen.linear).all():
-            raise CrfDeblurError(
-                "the image has pixels that are not finite (NaN or infinity); replace them first"
-            )
     return (yield from method.run(seen))
 
 
@@ -197,10 +204,12 @@ def as_psf(values: ArrayLike) -> FloatArray:
 
     Raises
     ------
+    ValueError
+        No real numbers, or so large that they cannot be added.
     CrfDeblurError
         Color, negative, not finite or all zero.
     """
-    psf = np.asarray(values, dtype=np.float64)
+    psf = arguments.addable(values, "a PSF")
     if psf.ndim not in (2, 3) or _is_color(psf.shape):
         raise CrfDeblurError(
             f"the PSF has shape {psf.shape}; give a grayscale picture with rows and columns, "
@@ -226,11 +235,12 @@ def as_planar_psf(values: ArrayLike) -> FloatArray:
     CrfDeblurError
         Not of shape (H, W), or no PSF at all.
     """
-    if np.ndim(values) != 2:
+    psf = arguments.array(values, "a PSF")
+    if psf.ndim != 2:
         raise CrfDeblurError(
-            f"the PSF has shape {np.shape(values)}; give a grayscale picture with rows and columns"
+            f"the PSF has shape {tuple(psf.shape)}; give a grayscale picture with rows and columns"
         )
-    return as_psf(values)
+    return as_psf(psf)
 
 
 def _is_color(shape: tuple[int, ...]) -> bool:
@@ -246,8 +256,14 @@ def centered(psf: FloatArray) -> FloatArray:
     Parameters
     ----------
     psf : ndarray, shape (H, W) or (D, H, W)
-        Non-negative, sum 1, all sides odd.
+        What :func:`as_psf` takes, and is made of it first.
+
+    Raises
+    ------
+    CrfDeblurError
+        As of :func:`as_psf`.
     """
+    psf = as_psf(psf)
     pads = []
     for axis, side in enumerate(psf.shape):
         mass = psf.sum(axis=tuple(other for other in range(psf.ndim) if other != axis))
@@ -261,11 +277,16 @@ def cleared(psf: FloatArray, share: float) -> FloatArray:
 
     Parameters
     ----------
-    psf : ndarray, shape (H, W)
-        Non-negative, not all zero.
+    psf : ndarray, shape (H, W) or (D, H, W)
+        What :func:`as_psf` takes.
     share : float
         In [0, 1]; the peak itself stays.
+
+    Raises
+    ------
+    CrfDeblurError
+        As of :func:`as_psf`.
     """
-    if not 0 <= share <= 1:
-        raise ValueError(f"expected a share of the peak within 0 and 1, got {share}")
+    arguments.number(share, "a share of the peak", least=0, most=1)
+    psf = as_psf(psf)
     return as_psf(np.where(psf < share * psf.max(), 0.0, psf))

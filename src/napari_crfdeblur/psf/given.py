@@ -1,10 +1,12 @@
 """A PSF that the user already has."""
 
 from dataclasses import dataclass
+from types import NoneType
 from typing import ClassVar
 
 import numpy as np
 
+from .. import arguments
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress
@@ -30,8 +32,7 @@ class GivenPsf(PsfEstimator):
     parts: PsfField | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.parts, PsfField | None):
-            raise ValueError(f"expected the PSFs of all parts, got {self.parts!r:.80}")
+        arguments.instance(self.parts, (PsfField, NoneType), "the PSFs of all parts or None")
         psf = as_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)

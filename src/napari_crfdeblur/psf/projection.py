@@ -46,8 +46,26 @@ def project(psf: FloatArray, angle: float, positions: ArrayLike) -> FloatArray:
     rows, columns = np.nonzero(psf)
     center = np.array(psf.shape) // 2
     offsets = normal @ (np.stack([rows, columns]) - center[:, None])
-    distances = np.asarray(positions, dtype=np.float64)[..., None] - offsets
-    return np.asarray(project_pixel(distances, normal) @ psf[rows, columns])
+    order = np.argsort(offsets)
+    return _cumulated(offsets[order], psf[rows, columns][order], positions, normal)
+
+
+def _cumulated(
+    offsets: FloatArray, weights: FloatArray, positions: ArrayLike, normal: FloatArray
+) -> FloatArray:
+    """Sum of all projected pixels, sorted by their offsets, at each position.
+
+    At any position, all pixels but those in a narrow strip lie wholly on one side.
+    """
+    places = np.asarray(positions, dtype=np.float64)
+    reach = np.abs(normal).sum() / 2 + NARROWEST
+    first = np.searchsorted(offsets, places - reach)
+    widest = np.max(np.searchsorted(offsets, places + reach) - first, initial=0)
+    strip = first[..., np.newaxis] + np.arange(widest)
+    distances = places[..., np.newaxis] - np.append(offsets, np.full(widest, np.inf))[strip]
+    own = np.append(weights, np.zeros(widest))[strip]
+    passed = np.append(0.0, np.cumsum(weights))[first]
+    return np.asarray(passed + np.einsum("...p,...p", project_pixel(distances, normal), own))
 
 
 def project_pixel(distances: FloatArray, normal: FloatArray) -> FloatArray:

@@ -155,7 +155,7 @@ def slanted_edges(
     arguments.whole(seed, "a seed", least=0)
     arguments.number(pitch, "a pitch in pixels", least=1)
     if arguments.whole(channels, "1 or 3 channels") not in (1, 3):
-        raise ValueError(f"expected 1 or 3 channels, got {channels}")
+        raise arguments.refusal("1 or 3 channels", channels)
     rng = np.random.default_rng(seed)
     linear = np.zeros((*shape, channels), dtype=np.float32)
     fields = [max(1, round(side / pitch)) for side in shape]

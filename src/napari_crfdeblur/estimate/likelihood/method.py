@@ -64,7 +64,7 @@ class MaximumLikelihood(ResponseFit):
         for shift in (self.shift, self.channel_shift):
             arguments.number(shift, "a positive shift in pixels", least=1e-6, most=1e6)
         if self.psf is not None:
-            psf = as_planar_psf(arguments.addable(self.psf, "a PSF"))
+            psf = as_planar_psf(self.psf)
             psf.setflags(write=False)
             object.__setattr__(self, "psf", psf)
 

@@ -53,7 +53,7 @@ class KnownPsf(ResponseFit):
     def __post_init__(self) -> None:
         arguments.number(self.largest_shift, "a shift in pixels", least=0, most=1000)
         arguments.instance(self.polynomial, PolynomialFit, "a PolynomialFit")
-        psf = as_planar_psf(arguments.addable(self.psf, "a PSF"))
+        psf = as_planar_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
 

@@ -1,16 +1,17 @@
 """The PSFs of all parts of a picture: found blindly one by one, then held together."""
 
 from dataclasses import dataclass, replace
-from math import ceil
+from math import ceil, inf
 
 import numpy as np
 from scipy import ndimage
 
+from ... import arguments
 from ..._typing import BoolArray, FloatArray
 from ...errors import CrfDeblurError
 from ...fourier import Shape
 from ...progress import Job, Progress, drain, nth
-from ..base import Evidence, PsfEstimate, PsfEstimator, PsfStatus
+from ..base import Evidence, PsfEstimate, PsfEstimator, PsfStatus, as_planar_psf
 from ..blind.estimation import BlindEstimator
 from ..blind.size import extent_of, odd_size
 from .base import PsfField, offset_from_middle, part_centers
@@ -59,9 +60,12 @@ def estimating_psf_field(
     clipped: BoolArray | None = None,
 ) -> Job[PsfField]:
     """Job of :func:`estimate_psf_field`: reports progress, can be stopped."""
+    evidence = Evidence(linear, clipped)
+    linear, clipped = evidence.picture, evidence.clipped
+    arguments.instance(whole, PsfEstimate, "the PsfEstimate of the whole picture")
     shape = linear.shape[0], linear.shape[1]
     grid = grid_of(grid, shape)
-    size = _size(whole.psf, shape, grid)
+    size = _size(as_planar_psf(whole.psf), shape, grid)
     estimates: list[PsfEstimate | None] = []
     windows = _windows(shape, grid, size)
     for number, (rows, columns) in enumerate(windows):
@@ -112,14 +116,28 @@ def estimate_psf_field(
 
 def grid_of(regions: int | PartGrid, shape: Shape) -> PartGrid:
     """Rows and columns of parts: as given, or about square parts, so many on the longer side."""
-    if isinstance(regions, int):
-        side = max(shape) / max(regions, 1)
-        grid = max(round(shape[0] / side), 1), max(round(shape[1] / side), 1)
-    else:
-        grid = regions
-    if min(grid) < 1 or (isinstance(regions, int) and regions < 1):
-        raise ValueError(f"expected at least one row and one column of parts, got {regions}")
-    return grid
+    parts = part_counts(regions, most=max(shape))
+    if isinstance(parts, tuple):
+        return parts
+    side = max(shape) / parts
+    return max(round(shape[0] / side), 1), max(round(shape[1] / side), 1)
+
+
+def part_counts(regions: int | PartGrid, most: float = inf) -> int | PartGrid:
+    """How many parts were asked for: along the longer side, or rows and columns of them.
+
+    Raises
+    ------
+    ValueError
+        Neither a whole number from 1 to `most`, nor two of them.
+    """
+    what = "a whole number of parts, or rows and columns of them,"
+    if not isinstance(regions, tuple | list):
+        return arguments.whole(regions, what, least=1, most=most)
+    if len(regions) != 2:
+        raise arguments.refusal(what, regions)
+    rows, columns = (arguments.whole(count, what, least=1, most=most) for count in regions)
+    return rows, columns
 
 
 def _size(whole: FloatArray, shape: Shape, grid: PartGrid) -> int:
@@ -150,7 +168,7 @@ def _windows(shape: Shape, grid: PartGrid, size: int) -> list[tuple[slice, slice
 def _sized(method: PsfEstimator, size: int) -> PsfEstimator:
     """The same method for PSFs of a size."""
     if not isinstance(method, BlindEstimator):
-        raise ValueError(f"expected a blind estimator for the parts, got {method}")
+        raise arguments.refusal("a blind estimator for the parts", method)
     return replace(method, size=size)
 
 
