@@ -50,7 +50,9 @@ def _in_tiles(arguments: Namespace, record: Record) -> bool:
         stored = open_source(place)
         before = run(identifying(PhotoStack(StoredArray(source), source.color, name=photo.name)))
         after = run(identifying(PhotoStack(StoredArray(stored), stored.color, name=output.name)))
-    same = None if record.result is None else after.same_as(record.result)
+    same = None
+    if record.result is not None and before.same_as(record.photo):
+        same = after.same_as(record.result)
     return _said(record, before, same, output)
 
 

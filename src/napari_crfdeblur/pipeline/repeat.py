@@ -42,8 +42,8 @@ class Repeated:
 
     @property
     def same_result(self) -> bool | None:
-        """Whether the result has the pixels of the record's; None if either has no result."""
-        if self.result is None or self.record.result is None:
+        """Whether the result has the pixels of the record's; None if there is none to compare."""
+        if self.result is None or self.record.result is None or not self.same_photo:
             return None
         return self.result.same_as(self.record.result)
 
