@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from ...arguments import refusal
 from ...io import read_record, record_from
 from ...pipeline import Record, Repeated
 from ...pipeline import repeating as doing_again
@@ -86,4 +87,6 @@ def _read(saved: Record | Path | str | dict[str, Any]) -> Record:
         return saved
     if isinstance(saved, dict):
         return record_from(saved, "the record")
+    if not isinstance(saved, str | Path):
+        raise refusal("a record, or the file of one", saved)
     return read_record(Path(saved))

@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
+from napari.layers import Layer
 
 from ...deconvolution.tiles import Region
 from ...edges import Edge
@@ -228,6 +229,28 @@ class State:
         """The state as if the response and the PSF of another photo were given for this one."""
         known = Fitted(fitted.estimates)
         return replace(self, fitted=known, psf=psf, field=parts, sought=None)
+
+    def without(self, layer: Layer) -> "State":
+        """The state without a layer that was closed; what was known beside it stays."""
+        gone = {
+            "linear": self.linear is not None and self.linear.layer is layer,
+            "sharp": self.sharp is not None and self.sharp.layer is layer,
+            "restored": self.restored is layer,
+        }
+        names = [name for name, closed in gone.items() if closed]
+        return replace(self, **dict.fromkeys(names)) if names else self
+
+    def of_other_shape(self, axes: int) -> "State":
+        """What still holds when the photo gets pixels of another shape: its response and PSF.
+
+        Parameters
+        ----------
+        axes : int
+            Of the photo now, color left out.
+        """
+        fitted = None if self.fitted is None else Fitted(self.fitted.estimates)
+        psf = None if self.psf is None or self.psf.psf.ndim > axes else self.psf
+        return State(fitted=fitted, psf=psf)
 
     def undone(self) -> "State | None":
         """The state before the last change of the edges; None if there was none."""
