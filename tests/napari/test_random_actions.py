@@ -106,7 +106,9 @@ class Player:
         photo = self.session.photo
         if photo is None:
             return
-        sides = self.pick([(24, 32), (24, 32), (12, 9), (2, 24, 32), (30, 40), (3, 12, 20), (5, 1)])
+        # With as many axes: napari itself fails where a layer gets others.
+        flat, deep = [(24, 32), (24, 32), (12, 9), (30, 40), (5, 1)], [(3, 12, 20), (1, 30, 9)]
+        sides = self.pick(flat if photo.ndim == len(flat[0]) else deep)
         colors = (3,) if photo.rgb else ()
         photo.data = self.pixels((*sides, *colors), self.pick(LAYER_KINDS))
 
@@ -138,7 +140,8 @@ class Player:
             "flip": s.flip,
             "record": self.keep_record,
             "estimate_response": lambda: s.estimate_response(
-                pick([None, RankMinimization()]), others=pick([(), (), (self.layer(),), ("no.png",)])
+                pick([None, RankMinimization()]),
+                others=pick([(), (), (self.layer(),), ("no.png",)]),
             ),
             "load_psf": lambda: s.load_psf("missing.npy"),
             "load_edges": lambda: s.load_edges("missing.json"),
@@ -233,15 +236,17 @@ def test_a_session_stays_whole_whatever_is_done(seed: int) -> None:
             player.remove_layer()
         members = player.dear() if player.rng.random() < 0.1 else player.cheap()
         name = player.pick(list(members))
-        before = known(player.session)
+        before, refused = known(player.session), None
         try:
             members[name]()
         except (CrfDeblurError, ValueError) as error:
-            assert str(error), name
-            assert known(player.session) == before, (number, name)
-            done[False] += 1
-        else:
+            refused = str(error)
+        if refused is None:
             check(player.session)
-            done[True] += 1
+        else:
+            assert refused, name
+            assert known(player.session) == before, (number, name)
+        done[refused is None] += 1
     assert min(done.values()) > ACTIONS // CASES // 10
-    record_from(player.session.record(), "the session") if player.session.photo else None
+    if player.session.photo is not None:
+        record_from(player.session.record(), "the session")

@@ -191,7 +191,7 @@ def _with_known_psf(rng, number: int) -> OptionSet:
     """A response that is estimated from edges: found, drawn, measured, of each channel."""
     psf = KERNELS[0]
     colors = number == 3
-    stack = PhotoStack(_with_edges(psf, 3 if colors else 1, number), colors, name="photo")
+    stack = PhotoStack(_with_edges(psf, 3 if colors else 1, number % 3), colors, name="photo")
     fit = MaximumLikelihood() if number == 2 else QUICK
     options = DeblurOptions(response=fit, psf=GivenPsf(psf), method=Wiener())
     if number % 3 == 1:

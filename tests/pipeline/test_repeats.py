@@ -336,3 +336,11 @@ def one_sentence(error: str) -> bool:
 def everything(folder: Path) -> dict[str, bytes]:
     """Contents of all files, by name."""
     return {str(p): p.read_bytes() for p in sorted(folder.rglob("*")) if p.is_file()}
+
+
+def test_the_white_level_of_the_record_counts_not_that_of_the_session(known) -> None:
+    record, _, photo = known
+    each = OptionSet(PhotoStack(read_photo(photo), False, white=90.0), record.options)
+    session = in_a_session(each)
+    assert SAME in session.repeat(record)
+    assert session.white is None

@@ -83,8 +83,8 @@ def visible_part(viewer: ViewerModel, layer: ImageLayer, largest: int) -> Region
     if drawn.shape[1] == layer.ndim and np.all(drawn[1, -2:] > drawn[0, -2:]):
         corners = (drawn * ratio)[:, -2:].astype(int)
     sides = []
-    for low, high, whole in zip(*corners, (rows, columns), strict=True):
-        low, high = max(int(low), 0), min(int(high) + 1, whole.stop)
+    for low, high, side in zip(*corners, (rows, columns), strict=True):
+        low, high = max(int(low), 0), min(int(high) + 1, side.stop)
         middle = (low + high) // 2
         low = max(low, middle - largest // 2)
         sides.append(slice(low, min(high, low + largest)))

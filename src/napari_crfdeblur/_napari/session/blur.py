@@ -124,9 +124,7 @@ def estimating_psf(
         session.say_trust(None, psf, have.field)
         return psf
 
-    return Step(
-        "estimating the PSF", _seeking(source, where, fitted, edges, options), finish
-    )
+    return Step("estimating the PSF", _seeking(source, where, fitted, edges, options), finish)
 
 
 def setting_psf(

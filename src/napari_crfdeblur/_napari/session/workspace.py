@@ -256,7 +256,6 @@ class Workspace:
             self.photo = None
             self.say(f"“{photo.name}” was closed; open or choose another photo")
 
-
     def _pixels_changed(self, event: Any) -> None:
         """Let go what lies in a photo whose pixels now have another shape."""
         photo = event.source
