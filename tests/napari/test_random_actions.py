@@ -21,6 +21,7 @@ from napari_crfdeblur.response import SRGB, Gamma, Identity
 ACTIONS = 20_000
 CASES = 4
 ROUND = 500  # actions until a new viewer is opened
+DEAR = 0.08  # share of actions that compute or make layers
 MANY = 9  # layers, after which some are removed: napari takes long with many
 KERNEL = np.array([[0.0, 0.1, 0.0], [0.2, 0.4, 0.1], [0.0, 0.2, 0.0]])
 KNOWN = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(KERNEL), method=Wiener())
@@ -79,9 +80,8 @@ class Player:
         return (self.rng.random(shape) * (1 if np.dtype(kind).kind in "fb" else 250)).astype(kind)
 
     def layer(self) -> Any:
-        """A layer that there is, one that is gone, or none at all."""
-        layers = [*self.viewer.layers, None, "photo"]
-        return self.pick([layer for layer in layers if layer is not None] + [None])
+        """A layer that there is, or what is none."""
+        return self.pick([*self.viewer.layers, None, "photo"])
 
     def region(self) -> Any:
         """A region that fits, or one that does not."""
@@ -234,7 +234,7 @@ def test_a_session_stays_whole_whatever_is_done(seed: int) -> None:
             player.begin()
         while len(player.viewer.layers) > MANY:
             player.remove_layer()
-        members = player.dear() if player.rng.random() < 0.1 else player.cheap()
+        members = player.dear() if player.rng.random() < DEAR else player.cheap()
         name = player.pick(list(members))
         before, refused = known(player.session), None
         try:

@@ -232,13 +232,15 @@ class State:
 
     def without(self, layer: Layer) -> "State":
         """The state without a layer that was closed; what was known beside it stays."""
-        gone = {
-            "linear": self.linear is not None and self.linear.layer is layer,
-            "sharp": self.sharp is not None and self.sharp.layer is layer,
-            "restored": self.restored is layer,
-        }
-        names = [name for name, closed in gone.items() if closed]
-        return replace(self, **dict.fromkeys(names)) if names else self
+        linear, sharp = self.linear, self.sharp
+        left = (
+            None if linear is not None and linear.layer is layer else linear,
+            None if sharp is not None and sharp.layer is layer else sharp,
+            None if self.restored is layer else self.restored,
+        )
+        if left == (linear, sharp, self.restored):
+            return self
+        return replace(self, linear=left[0], sharp=left[1], restored=left[2])
 
     def of_other_shape(self, axes: int) -> "State":
         """What still holds when the photo gets pixels of another shape: its response and PSF.
