@@ -1,6 +1,7 @@
 """The PSF: estimated, loaded, made, taken from a layer, edited by hand; one in all views."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -411,6 +412,29 @@ def test_editing_shows_the_psf_large_and_goes_back(dock: BlurDock) -> None:
     assert (camera.center, camera.zoom) == before
 
 
+@pytest.mark.parametrize("lead", [(3,), (2, 3)])
+def test_the_psf_of_a_stack_is_edited_like_that_of_a_picture(
+    qtbot: QtBot,  # noqa: ARG001 - widgets need Qt
+    viewer: ViewerModel,
+    lead: tuple[int, ...],
+) -> None:
+    rng = np.random.default_rng(4)
+    viewer.add_image(rng.random((*lead, 30, 40)), name="street", scale=(*lead, 0.5, 0.25))
+    dock = BlurDock(viewer)
+    dock.session.set_psf(np.ones((7, 9)))
+    camera = viewer.scene.camera
+    before = camera.center, camera.zoom
+    dock._edit.value = True
+    layer = shown(dock)
+    np.testing.assert_allclose(camera.center[-2:], layer.data_to_world((3, 4)))
+    assert drag(layer, [(1, 2), (1, 6)], "Shift").handled
+    assert not dock.session.state.psf.psf[1, 2:7].any()
+    assert dock.session.state.psf.psf[2].all()
+    shown(dock)
+    dock._edit.value = False
+    assert (camera.center, camera.zoom) == before
+
+
 @pytest.mark.parametrize(("theme", "shade"), [("dark", "#f2b544"), ("light", "#8a5a00")])
 def test_a_doubtful_psf_is_said_in_amber(dock: BlurDock, theme: str, shade: str) -> None:
     session = dock.session
@@ -419,7 +443,7 @@ def test_a_doubtful_psf_is_said_in_amber(dock: BlurDock, theme: str, shade: str)
     assert dock._status.value == "11 x 1 px: the PSF was given"
     state = session.state
     doubtful = PsfEstimate(line(9, 0), PsfStatus.DOUBTFUL)
-    session.commit(session.photo, state.after(psf=doubtful))
+    session.commit(session.photo, replace(state, psf=doubtful))
     assert shade in dock._status.value
     assert "uncertain" in dock._status.value
 

@@ -10,9 +10,9 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer, Shapes
 
 from ..edges import Edge, Line, Rectangle
-from ..errors import CrfDeblurError
+from ..errors import REFUSALS, CrfDeblurError, in_words
 from .pixels import source_of, unwrapped
-from .regions import stack_index
+from .regions import shown_plane, stack_index
 from .session.edges import ONE_SLICE, EdgeVerbs, joined, setting_edges
 from .session.state import EdgeSet
 from .session.step import Level
@@ -93,11 +93,11 @@ class EdgeDrawing:
         """
         if shape not in DRAWING:
             raise ValueError(f"expected line or rectangle, got {shape}")
-        self._session.source()
+        photo, _ = self._session.source()
         viewer = self._session.viewer
         if viewer.dims.ndisplay != 2:
             raise CrfDeblurError(IN_3D)
-        shown = self._shown or self._made()
+        shown = self._shown or self._made(photo)
         viewer.layers.selection.active = shown.layer
         shown.layer.visible = True
         shown.layer.mode = DRAWING[shape]
@@ -156,7 +156,7 @@ class EdgeDrawing:
         if photo is None or self._dragging:
             return
         if shown is None and edges is not None:
-            shown = self._made()
+            shown = self._made(photo)
         if shown is not None and (shown.edges is not edges or shown.refused):
             drawn = set(shown.made.values())
             self._write(shown, photo, edges)
@@ -166,7 +166,7 @@ class EdgeDrawing:
         """Show edges; shapes that were drawn since and are still being refined stay."""
         found = edges.edges if edges else ()
         groups = edges.group_numbers if edges else ()
-        plane = edges.plane if edges else self._session.plane(None)
+        plane = edges.plane if edges else shown_plane(self._session.viewer, photo)
         pending, layer = shown.pending(found), shown.layer
         kept = [(np.array(layer.data[n]), layer.shape_type[n]) for n, _, _ in pending]
         with self._quiet():
@@ -187,8 +187,7 @@ class EdgeDrawing:
         shown = None if photo is None else self._all.get(photo)
         return shown if shown is not None and shown.layer in self._session.viewer.layers else None
 
-    def _made(self) -> Shown:
-        photo, _ = self._session.source()
+    def _made(self, photo: ImageLayer) -> Shown:
         layer = edge_layer(photo)
         shown = self._all[photo] = Shown(layer)
         layer.events.data.connect(self._on_data)
@@ -212,9 +211,9 @@ class EdgeDrawing:
             if self._dragging and not self._moved and layer.mode in DRAWING.values():
                 raise CrfDeblurError(CLICKED)
             self.read()
-        except CrfDeblurError as error:
+        except REFUSALS as error:
             self._all[photo].refused = True
-            self._session.say(str(error), Level.ERROR)
+            self._session.say(in_words(error), Level.ERROR)
             self.paint()
 
     def _on_selection(self, layer: Shapes) -> None:

@@ -7,6 +7,7 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray
+from ..arguments import refusal
 from ..errors import CrfDeblurError
 from ..pipeline import PhotoStack
 
@@ -21,10 +22,14 @@ def source_of(layer: ImageLayer, white: float | None = None) -> PhotoStack:
     ------
     CrfDeblurError
         No layer, not an image, fewer than two axes, empty, or numbers of another kind.
+    ValueError
+        No layer but something else, or a white level that is not above 0.
     """
     layer = unwrapped(layer)
     if layer is None:
         raise CrfDeblurError("there is no photo yet: open one, or choose an image layer")
+    if not isinstance(layer, Layer):
+        raise refusal("an image layer", layer)
     if not isinstance(layer, ImageLayer):
         raise CrfDeblurError(
             f"“{layer.name}” is a {type(layer).__name__} layer: choose an image layer instead"

@@ -9,7 +9,7 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray
-from ..errors import CrfDeblurError
+from ..errors import REFUSALS, CrfDeblurError, in_words
 from ..pipeline.intermediates import PLANE
 from ..psf import PsfEstimate, PsfField, PsfStatus, centered, cleared
 from . import outputs
@@ -141,8 +141,8 @@ class PsfEditing:
             yield
         try:
             self._change(psf)
-        except CrfDeblurError as error:
-            self._session.say(str(error), Level.ERROR)
+        except REFUSALS as error:
+            self._session.say(in_words(error), Level.ERROR)
             self._change(self._session.required_psf().psf)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 
+from ..arguments import refusal, whole
 from ..deconvolution.tiles import Region
 from ..pipeline import PhotoStack
 from .pixels import source_of
@@ -26,19 +27,31 @@ def region_from_spans(source: PhotoStack, spans: Sequence[AxisSpan]) -> Region:
     ValueError
         Not one span for each axis, or empty, or outside the data.
     """
-    pairs_ = [(s.start, s.stop) if isinstance(s, slice) else tuple(s) for s in spans]
+    if not isinstance(spans, Sequence):
+        raise refusal("a start and a stop for each axis", spans)
+    pairs_ = [_ends(span) for span in spans]
     if len(pairs_) != len(source.shape):
         raise ValueError(f"expected {len(source.shape)} spans, got {len(pairs_)}")
     for (start, stop), side in zip(pairs_, source.shape, strict=True):
         if not 0 <= start < stop <= side:
             raise ValueError(f"expected a span within 0 and {side}, got {start} to {stop}")
-    return tuple(slice(int(start), int(stop)) for start, stop in pairs_)
+    return tuple(slice(start, stop) for start, stop in pairs_)
 
 
 def plane_at(source: PhotoStack, index: Sequence[int]) -> Region:
     """The plane of a stack at an index over all axes but rows and columns."""
-    stack = [(int(i), int(i) + 1) for i in index]
+    if not isinstance(index, Sequence):
+        raise refusal("the index of a slice, one number for each axis", index)
+    numbers = [whole(i, "the index of a slice") for i in index]
+    stack = [(number, number + 1) for number in numbers]
     return region_from_spans(source, [*stack, *pairs(source.whole[-2:])])
+
+
+def _ends(span: AxisSpan) -> tuple[int, int]:
+    ends = (span.start, span.stop) if isinstance(span, slice) else span
+    if not isinstance(ends, Sequence) or len(ends) != len(("start", "stop")):
+        raise refusal("a start and a stop", span)
+    return whole(ends[0], "the start of a span"), whole(ends[1], "the stop of a span")
 
 
 def pairs(region: Region) -> Pairs:
@@ -64,12 +77,14 @@ def visible_part(viewer: ViewerModel, layer: ImageLayer, largest: int) -> Region
     *stack, rows, columns = shown_plane(viewer, layer)
     # Corners are given for the level that is drawn; what counts is the finest.
     ratio = layer.downsample_factors[layer.data_level] if layer.multiscale else np.ones(layer.ndim)
-    corners = np.asarray(layer.corner_pixels * ratio)[:, -2:].astype(int)
-    if np.any(corners[1] <= corners[0]):  # nothing has been drawn yet
-        corners = np.array([[0, 0], [rows.stop, columns.stop]])
+    corners = np.array([[0, 0], [rows.stop, columns.stop]])
+    drawn = np.asarray(layer.corner_pixels)
+    # Nothing has been drawn yet, or pixels with other axes.
+    if drawn.shape[1] == layer.ndim and np.all(drawn[1, -2:] > drawn[0, -2:]):
+        corners = (drawn * ratio)[:, -2:].astype(int)
     sides = []
-    for low, high, whole in zip(*corners, (rows, columns), strict=True):
-        low, high = max(int(low), 0), min(int(high) + 1, whole.stop)
+    for low, high, side in zip(*corners, (rows, columns), strict=True):
+        low, high = max(int(low), 0), min(int(high) + 1, side.stop)
         middle = (low + high) // 2
         low = max(low, middle - largest // 2)
         sides.append(slice(low, min(high, low + largest)))

@@ -145,8 +145,9 @@ def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, 
         opened = f"viewer.open({path}, plugin={reader})[0]"
         return f"{discover}\nphoto = {opened}", Path(source["path"]).stem
     names |= {("sys", ""), ("napari_crfdeblur.io", "read_photo"), ("pathlib", "Path")}
-    photo = f"viewer.add_image(read_photo(Path(sys.argv[1])), name={source['name']!a})"
-    return f"photo = {photo}", "photo"
+    # Of small photos napari would not guess whether they have colors.
+    options = f"rgb={bool(source['rgb'])}, name={source['name']!a}"
+    return f"photo = viewer.add_image(read_photo(Path(sys.argv[1])), {options})", "photo"
 
 
 def _writing(record: Record, source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:

@@ -14,7 +14,7 @@ from napari.layers import Layer
 from napari.utils.theme import get_theme
 from psygnal import SignalInstance
 
-from ...errors import CrfDeblurError
+from ...errors import REFUSALS, in_words
 from ..outputs import RESTORED
 from ..pixels import KEY
 from ..session.edges import detecting_edges
@@ -149,8 +149,8 @@ class Dock(Container[Widget]):
         """Do something quick; what the photo does not permit is shown as a message."""
         try:
             act()
-        except (CrfDeblurError, ValueError) as error:
-            self.session.say(str(error), Level.ERROR)
+        except REFUSALS as error:
+            self.session.say(in_words(error), Level.ERROR)
 
     def button(self, text: str, tooltip: str, act: Callable[[], Any]) -> PushButton:
         """A button that starts a step, and is off while one is under way."""

@@ -5,13 +5,16 @@ from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
+import numpy as np
 from magicgui.widgets import CheckBox, ComboBox, Container, FloatSpinBox
 from magicgui.widgets.bases import Widget
+from napari.components import ViewerModel
 from napari.layers import Image as ImageLayer
 from napari.layers import Layer, Shapes
 from napari.utils.theme import get_theme
 
 from ..._typing import FloatArray
+from ...pipeline.intermediates import PLANE
 from ...psf import disk, gaussian, line
 from ...report import draw_psf
 from ..blur_files import SUFFIXES, read_blur, write_blur
@@ -29,7 +32,7 @@ from .files import ask_open, ask_save
 from .forms import MethodForm, row, sentence, tight
 from .plots import Plot
 
-PLANE, DRAWN = "the shown picture", "the drawn region"
+SHOWN, DRAWN = "the shown picture", "the drawn region"
 LINE, DISK, GAUSSIAN = "line (motion)", "disk (defocus)", "Gaussian"
 SIZES = {
     LINE: ("length, px", 10.0, "length of the motion in pixels"),
@@ -37,6 +40,7 @@ SIZES = {
     GAUSSIAN: ("sigma, px", 2.0, "standard deviation in pixels"),
 }
 NONE = "there is no PSF yet"
+SHARE = 0.7  # of the canvas: how large a PSF is shown to be painted on
 
 
 class BlurDock(Dock):
@@ -106,7 +110,7 @@ class BlurDock(Dock):
     def _estimation(self) -> list[Widget]:
         self._method = MethodForm("PSF", psf_estimators(), AUTOMATIC, "how the PSF is found")
         self._where = ComboBox(
-            choices=[PLANE, DRAWN],
+            choices=[SHOWN, DRAWN],
             tooltip="part of the photo from which the PSF is estimated: one with sharp edges "
             "of many directions and without clipped lights is best",
         )
@@ -287,7 +291,7 @@ class BlurDock(Dock):
             self._view = camera.center, camera.zoom
             viewer.layers.selection.active = layer
             layer.visible = True
-            viewer.fit_to_view(layers=[layer], margin=0.3)
+            _look_at(viewer, layer)
         elif not on and self._view is not None:
             (camera.center, camera.zoom), self._view = self._view, None
 
@@ -305,6 +309,15 @@ class BlurDock(Dock):
         path = ask_save(self.native, "Save the PSF", SUFFIXES)
         if path is not None:
             self.attempt(lambda: self.save(path))
+
+
+def _look_at(viewer: ViewerModel, layer: ImageLayer) -> None:
+    """Show a picture large, whatever axes the viewer has: napari fits only layers with them all."""
+    extent, camera = layer.extent, viewer.scene.camera
+    low, high = extent.world[:, -PLANE:]
+    sides = high - low + np.abs(extent.step[-PLANE:])
+    camera.center = (camera.center[0], *(float(middle) for middle in (low + high) / 2))
+    camera.zoom = SHARE * float(np.min(np.array(viewer.canvas.size) / sides))
 
 
 def _smaller_stack(layer: ImageLayer, photo: ImageLayer | None) -> bool:

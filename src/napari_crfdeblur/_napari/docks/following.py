@@ -7,7 +7,7 @@ from functools import partial
 from napari.layers import Image as ImageLayer
 from qtpy.QtCore import QTimer
 
-from ...errors import CrfDeblurError
+from ...errors import REFUSALS, in_words
 from ..preferences import preferences
 from ..session.facade import Session
 from ..session.response import estimating_response, following_edges
@@ -115,5 +115,5 @@ class Following:
     def _attempt(self, act: Callable[[], object]) -> None:
         try:
             act()
-        except (CrfDeblurError, ValueError) as error:
-            self._session.say(str(error), Level.ERROR)
+        except REFUSALS as error:
+            self._session.say(in_words(error), Level.ERROR)

@@ -13,6 +13,8 @@ from magicgui.widgets.bases import ValueWidget, Widget
 from psygnal import Signal
 from qtpy.QtWidgets import QSizePolicy
 
+from ...errors import REFUSALS, in_words
+
 LARGEST = 1e6
 LABELS = {"prior": "camera"}  # where the name of a field is no word of the user
 
@@ -57,7 +59,9 @@ class MethodForm(Container[Widget]):
             text="parameters", value=False, tooltip="show the parameters of the method"
         )
         self._fields: Container[ValueWidget[Any]] = Container(visible=False)
-        self.extend([tight(self._choice, labels=True), self._more, self._fields])
+        self._refusal = sentence()
+        self._refusal.visible = False
+        self.extend([tight(self._choice, labels=True), self._more, self._fields, self._refusal])
         self._choice.changed.connect(self._rebuild)
         self._more.changed.connect(self._show_fields)
         self._rebuild()
@@ -73,17 +77,13 @@ class MethodForm(Container[Widget]):
 
     @property
     def method(self) -> Any:
-        """The chosen method with the values of its fields.
+        """The chosen method with the values of its fields, the last that it takes."""
+        return self._good
 
-        Raises
-        ------
-        ValueError
-            A value that the method does not take.
-        """
-        method = self._methods[self.chosen]
-        # Untouched fields keep what was given: the controls may show fewer digits of it.
-        touched = {c.name: c.value for c in self._fields if c.value != self._shown[c.name]}
-        return _changed(method, touched) if touched else method
+    @property
+    def refusal(self) -> str:
+        """Why the values of the fields are not taken; empty if they are."""
+        return str(self._refusal.value)
 
     def field(self, name: str) -> ValueWidget[Any]:
         """The control of a field; those of a method within it are named ``outer_inner``."""
@@ -96,6 +96,8 @@ class MethodForm(Container[Widget]):
             self._choice.choices = list(methods)
         if self.chosen != chosen:
             self._rebuild()
+        else:
+            self._take()
 
     def _rebuild(self) -> None:
         self._fields.clear()
@@ -104,10 +106,26 @@ class MethodForm(Container[Widget]):
             self._fields.extend(_controls(method, without=self._without))
         self._shown = {control.name: control.value for control in self._fields}
         for control in self._fields:
-            control.changed.connect(self.edited.emit)
+            control.changed.connect(self._edit)
         self._more.enabled = len(self._fields) > 0
         self._show_fields()
+        self._edit()
+
+    def _edit(self) -> None:
+        self._take()
         self.edited.emit()
+
+    def _take(self) -> None:
+        """Take the values of the fields, or say why the method cannot have them."""
+        method, said = self._methods[self.chosen], ""
+        # Untouched fields keep what was given: the controls may show fewer digits of it.
+        touched = {c.name: c.value for c in self._fields if c.value != self._shown[c.name]}
+        try:
+            self._good = _changed(method, touched) if touched else method
+        except REFUSALS as error:
+            said = f"{in_words(error)}: the last values that fit are used"
+        self._refusal.value = said
+        self._refusal.visible = bool(said)
 
     def _show_fields(self) -> None:
         self._fields.visible = bool(self._more.value) and len(self._fields) > 0

@@ -7,7 +7,7 @@ from magicgui.widgets.bases import Widget
 from psygnal import Signal
 from qtpy.QtWidgets import QSizePolicy
 
-from ...errors import CrfDeblurError
+from ...errors import REFUSALS, CrfDeblurError, in_words
 from ...estimate import MaximumLikelihood, ResponseFit
 from ...io import CameraKey
 from ..cameras import CameraFolder
@@ -80,8 +80,8 @@ class StoredCameras(Container[Widget]):
             self._told.value = LOOKING
             try:
                 self._session.start(self.looking())
-            except CrfDeblurError as error:
-                self._session.say(str(error), Level.ERROR)
+            except REFUSALS as error:
+                self._session.say(in_words(error), Level.ERROR)
         self.changed_cameras.emit()
 
     def looking(self) -> Step[CameraFolder, None]:

@@ -11,7 +11,7 @@ from napari.layers import Image as ImageLayer
 from psygnal import Signal, SignalInstance
 from qtpy.QtCore import QTimer
 
-from ...errors import CrfDeblurError
+from ...errors import REFUSALS, CrfDeblurError, in_words
 from ...response import ResponseCurve, tuned
 from ...response.prior import DORF_DEVIATIONS
 from ..outputs import remove_preview
@@ -204,8 +204,8 @@ class Tuning(Container[Widget]):
         curves = self.curves
         try:
             step = previewing(self._session, curve=curves[0] if len(curves) == 1 else curves)
-        except (CrfDeblurError, ValueError) as error:
-            self._session.say(f"preview: {error}", Level.ERROR)
+        except REFUSALS as error:
+            self._session.say(f"preview: {in_words(error)}", Level.ERROR)
             return
         show = partial(self._show, self._round, self._session.photo, step)
         self._session.start(replace(step, finish=show))

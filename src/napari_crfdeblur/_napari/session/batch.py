@@ -101,6 +101,8 @@ def restoring_layers(
     chosen = [unwrapped(photo) for photo in photos]
     if not chosen:
         raise CrfDeblurError("no photo is chosen: choose one or more image layers")
+    for photo in chosen:
+        source_of(photo, white=1.0)
     sources = [source_of(photo, session.white_of(photo)) for photo in chosen]
     fitted, estimate = session.required_response(), session.required_psf()
     parts = session.state.field

@@ -104,6 +104,7 @@ def estimating_psf(
     """Step of :meth:`BlurVerbs.estimate_psf`."""
     photo, source = session.source()
     fitted = session.required_response()
+    options = DeblurOptions(psf=method, regions=regions)
     where = session.plane(None) if region is None else session.region(region)
     if regions is not None and where[-2:] != source.whole[-2:]:
         raise CrfDeblurError(ALL_OF_IT)
@@ -123,9 +124,7 @@ def estimating_psf(
         session.say_trust(None, psf, have.field)
         return psf
 
-    return Step(
-        "estimating the PSF", _seeking(source, where, fitted, edges, method, regions), finish
-    )
+    return Step("estimating the PSF", _seeking(source, where, fitted, edges, options), finish)
 
 
 def setting_psf(
@@ -156,18 +155,16 @@ def _seeking(
     where: Region,
     fitted: Fitted,
     edges: EdgeSet | None,
-    method: PsfEstimator | None,
-    regions: int | tuple[int, int] | None,
+    options: DeblurOptions,
 ) -> Job[Intermediates]:
     """Long job: the PSF of a plane or a part of it, and those of its parts if it is divided."""
     yield Progress("reading the photo", 0, 1)
     have = Intermediates(
         source.photo(where),
-        edges=edges.edges if edges and method and method.needs_edges else (),
+        edges=edges.edges if edges and options.psf and options.psf.needs_edges else (),
         groups=(),
         response=fitted.responses,
     )
-    options = DeblurOptions(psf=method, regions=regions)
     return (yield from walking(have, options, start=Stage.LINEAR, until=Stage.FIELD))
 
 

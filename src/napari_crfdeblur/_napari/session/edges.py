@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from numbers import Integral
 from pathlib import Path
 
 from napari.layers import Image as ImageLayer
 
+from ...arguments import instances
 from ...deconvolution.tiles import Region
 from ...edges import Edge
 from ...errors import CrfDeblurError
@@ -134,7 +136,8 @@ def setting_edges(
 def removing_edges(session: Workspace, numbers: Sequence[int]) -> Step[EdgeSet, EdgeSet]:
     """Step of :meth:`EdgeVerbs.remove_edges`."""
     found = session.required_edges()
-    left = [edge for number, edge in enumerate(found.edges) if number not in set(numbers)]
+    instances(numbers, Integral, "the numbers of edges")
+    left = [edge for number, edge in enumerate(found.edges) if number not in numbers]
     return setting_edges(session, left, plane=stack_index(found.plane))
 
 

@@ -3,6 +3,9 @@
 from pathlib import Path
 from typing import Any
 
+from napari.layers import Image as ImageLayer
+
+from ...arguments import refusal
 from ...io import read_record, record_from
 from ...pipeline import Record, Repeated
 from ...pipeline import repeating as doing_again
@@ -59,7 +62,7 @@ def repeating_record(
     """Step of :meth:`RecordVerbs.repeat`."""
     record = _read(saved)
     photo, _ = session.source()
-    white = session.white if record.white is None else record.white
+    white = _white(record, session, photo)
     source = source_of(photo, white)
     record.check_fits(source)
     plane, region = places(record, source)
@@ -81,9 +84,18 @@ def repeating_record(
     return Step("repeating", doing_again(record, source), finish)
 
 
+def _white(record: Record, session: Workspace, photo: ImageLayer) -> float | None:
+    """That of the record; if it had none, that of a photo of another kind of number."""
+    if record.white is not None or record.photo.kind == source_of(photo, white=1.0).dtype.name:
+        return record.white
+    return session.white_of(photo)
+
+
 def _read(saved: Record | Path | str | dict[str, Any]) -> Record:
     if isinstance(saved, Record):
         return saved
     if isinstance(saved, dict):
         return record_from(saved, "the record")
+    if not isinstance(saved, str | Path):
+        raise refusal("a record, or the file of one", saved)
     return read_record(Path(saved))

@@ -9,6 +9,7 @@ import numpy as np
 from napari.layers import Image as ImageLayer
 
 from ..._typing import Image
+from ...arguments import instances
 from ...edges import Edge
 from ...errors import CrfDeblurError
 from ...estimate import (
@@ -155,7 +156,8 @@ def following_edges(
 def setting_response(session: Workspace, curve: Response) -> Step[Fitted, Fitted]:
     """Step of :meth:`ResponseVerbs.set_response`."""
     photo, source = session.source()
-    curves = (curve,) if isinstance(curve, ResponseCurve) else tuple(curve)
+    curves = (curve,) if isinstance(curve, ResponseCurve) else curve
+    instances(curves, ResponseCurve, "a response curve, or one for each channel")
     if len(curves) not in (1, 3):
         raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
     if len(curves) == 3 and not source.rgb:

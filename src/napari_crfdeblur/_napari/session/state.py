@@ -4,6 +4,7 @@ import dataclasses
 from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
+from napari.layers import Layer
 
 from ...deconvolution.tiles import Region
 from ...edges import Edge
@@ -228,6 +229,30 @@ class State:
         """The state as if the response and the PSF of another photo were given for this one."""
         known = Fitted(fitted.estimates)
         return replace(self, fitted=known, psf=psf, field=parts, sought=None)
+
+    def without(self, layer: Layer) -> "State":
+        """The state without a layer that was closed; what was known beside it stays."""
+        linear, sharp = self.linear, self.sharp
+        left = (
+            None if linear is not None and linear.layer is layer else linear,
+            None if sharp is not None and sharp.layer is layer else sharp,
+            None if self.restored is layer else self.restored,
+        )
+        if left == (linear, sharp, self.restored):
+            return self
+        return replace(self, linear=left[0], sharp=left[1], restored=left[2])
+
+    def of_other_shape(self, axes: int) -> "State":
+        """What still holds when the photo gets pixels of another shape: its response and PSF.
+
+        Parameters
+        ----------
+        axes : int
+            Of the photo now, color left out.
+        """
+        fitted = None if self.fitted is None else Fitted(self.fitted.estimates)
+        psf = None if self.psf is None or self.psf.psf.ndim > axes else self.psf
+        return State(fitted=fitted, psf=psf)
 
     def undone(self) -> "State | None":
         """The state before the last change of the edges; None if there was none."""

@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
 
+from ...arguments import instance
 from ...deconvolution.tiles import Region
 from ...pipeline import DEFAULT_METHOD, DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...pipeline.intermediates import made
@@ -43,7 +44,8 @@ class Whole:
 def deblurring(session: Workspace, options: DeblurOptions | None = None) -> Step[Whole, ImageLayer]:
     """Step of :meth:`WholeVerbs.deblur`."""
     photo, source = session.source()
-    options = options or DeblurOptions()
+    options = DeblurOptions() if options is None else options
+    instance(options, DeblurOptions, "DeblurOptions")
     before = session.state.edges if options.edges is None else None
     plane = before.plane if before else session.plane(None)
     check_room(source, source.whole)

@@ -61,6 +61,7 @@ class Workspace:
         self._photo: ImageLayer | None = None
         self._whites: WeakKeyDictionary[Layer, float] = WeakKeyDictionary()
         self._states: WeakKeyDictionary[Layer, State] = WeakKeyDictionary()
+        self._shapes: WeakKeyDictionary[Layer, tuple[int, ...]] = WeakKeyDictionary()
         self._selected: int | None = None
         # Closures, so that the session lives as long as its viewer.
         self.viewer.layers.events.inserted.connect(lambda event: self._inserted(event.value))
@@ -191,7 +192,10 @@ class Workspace:
             state = replace(state, live=None)  # it followed from another response
         if state.record is before.record and state.found != before.found:
             state = replace(state, record=None)  # it speaks of what was before
+        if photo not in self._states:
+            photo.events.data.connect(self._pixels_changed)
         self._states[photo] = state
+        self._shapes[photo] = _shape(photo)
         if photo is not self._photo:
             return
         if state.edges is not before.edges:
@@ -243,10 +247,25 @@ class Workspace:
             self.photo = layer
 
     def _removed(self, layer: Layer) -> None:
+        for owner, state in list(self._states.items()):
+            left = state.without(layer)
+            if left is not state:
+                self.commit(owner, left)
         photo = self._photo
         if photo is not None and layer is photo:
             self.photo = None
             self.say(f"“{photo.name}” was closed; open or choose another photo")
+
+    def _pixels_changed(self, event: Any) -> None:
+        """Let go what lies in a photo whose pixels now have another shape."""
+        photo = event.source
+        if _shape(photo) != self._shapes[photo]:
+            self.commit(photo, self.state_of(photo).of_other_shape(photo.ndim))
+            self.say(f"“{photo.name}” has another shape now: its edges and results were let go")
+
+
+def _shape(photo: ImageLayer) -> tuple[int, ...]:
+    return tuple((photo.data[0] if photo.multiscale else photo.data).shape)
 
 
 def trust_in_parts(parts: PsfField) -> str:
