@@ -201,7 +201,7 @@ def _with_known_psf(rng, number: int) -> OptionSet:
     if number % 3 == 2:
         options = replace(options, blur_extent=float(rng.uniform(6, 10)))
     if number == 3:
-        options = replace(options, response=PerChannel.alike(QUICK))
+        options = replace(options, response=PerChannel.alike(MaximumLikelihood()))
     return OptionSet(stack, options)
 
 
