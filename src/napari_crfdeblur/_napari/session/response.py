@@ -250,6 +250,7 @@ def _other(session: Workspace, other: ImageLayer | Path | str) -> Other:
     if isinstance(other, str | Path):
         return Other.of_file(Path(other))
     other = unwrapped(other)
+    source_of(other, white=1.0)  # refuses what is no photo
     source = source_of(other, session.white_of(other))
     edges = session.state_of(other).edges
     plane = edges.plane if edges else shown_plane(session.viewer, other)
