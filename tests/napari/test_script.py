@@ -108,6 +108,22 @@ def test_a_stack_from_a_file_is_deblurred_slice_by_slice_by_the_script(
     assert again["axis_labels"] == ["z", "y", "x"]
 
 
+def test_a_stack_made_in_memory_is_read_from_the_argument(
+    viewer: ViewerModel, blurred: Simulated, tmp_path: Path
+) -> None:
+    red, green, _ = np.moveaxis(blurred.photo[:50, :70], 2, 0)
+    session = Session(viewer, viewer.add_image(np.stack([red, green]), scale=(2, 0.5, 0.25)))
+    session.set_response(SRGB())
+    session.set_psf(line(3, 0.0))
+    session.restore(Wiener())
+    imwrite(tmp_path / "in.tif", np.stack([red, green]))
+    done = run(session.script(), tmp_path, str(tmp_path / "in.tif"))
+    assert done.returncode == 0, done.stderr
+    assert "the result is the same, pixel by pixel" in done.stdout
+    pixels = imread(tmp_path / "photo-deblurred.tif")
+    np.testing.assert_array_equal(pixels, session.state.restored.data)
+
+
 @pytest.mark.usefixtures("plugin")
 def test_a_sample_is_opened_by_the_script(viewer: ViewerModel, tmp_path: Path) -> None:
     (photo,) = viewer.open_sample("napari-crfdeblur", "step_image")

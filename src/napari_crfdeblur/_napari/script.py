@@ -15,6 +15,7 @@ import numpy as np
 
 from ..io import record_from
 from ..pipeline import Record, Stage
+from ..pipeline.intermediates import PLANE
 from .pixels import KEY
 
 HEAD = '''"""Do again what was done in the napari window; made by napari-crfdeblur {version}."""
@@ -51,7 +52,7 @@ def as_script(content: dict[str, Any]) -> str:
     """
     names = {("napari.components", "ViewerModel"), ("napari_crfdeblur", "Session")}
     record, source = record_from(content, "the session"), content["source"]
-    opening, stem = _opening(source, names)
+    opening, stem = _opening(record, source, names)
     rest = ""
     if record.until is Stage.REAPPLY and not record.tiled:
         rest = f"{_writing(record, source, stem, names)}\n"
@@ -131,7 +132,9 @@ def _refer(kind: type, names: set[tuple[str, str]]) -> None:
             return
 
 
-def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, str]:
+def _opening(
+    record: Record, source: dict[str, Any], names: set[tuple[str, str]]
+) -> tuple[str, str]:
     """The lines that open the photo, and the stem of the results' names."""
     # Napari looks for plugins only when it opens a window.
     discover = "PluginManager.instance().discover()"
@@ -144,15 +147,26 @@ def _opening(source: dict[str, Any], names: set[tuple[str, str]]) -> tuple[str, 
         path, reader = ascii(str(source["path"])), ascii(str(source["reader"] or "napari"))
         opened = f"viewer.open({path}, plugin={reader})[0]"
         return f"{discover}\nphoto = {opened}", Path(source["path"]).stem
-    names |= {("sys", ""), ("napari_crfdeblur.io", "read_photo"), ("pathlib", "Path")}
+    names.add(("sys", ""))
+    if _is_stack(record, source):
+        names.add(("tifffile", "imread"))
+        read = "imread(sys.argv[1])"
+    else:
+        names |= {("napari_crfdeblur.io", "read_photo"), ("pathlib", "Path")}
+        read = "read_photo(Path(sys.argv[1]))"
     # Of small photos napari would not guess whether they have colors.
     options = f"rgb={bool(source['rgb'])}, name={source['name']!a}"
-    return f"photo = viewer.add_image(read_photo(Path(sys.argv[1])), {options})", "photo"
+    return f"photo = viewer.add_image({read}, {options})", "photo"
+
+
+def _is_stack(record: Record, source: dict[str, Any]) -> bool:
+    """Whether it is more than a single photo."""
+    return len(record.photo.shape) - source["rgb"] > PLANE
 
 
 def _writing(record: Record, source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:
     """The line that writes the result: a photo, or a stack as TIFF."""
-    if len(record.photo.shape) - source["rgb"] > 2:
+    if _is_stack(record, source):
         names.add(("tifffile", "imwrite"))
         return f"imwrite({f'{stem}-deblurred.tif'!a}, session.state.restored.data)"
     names |= {("napari_crfdeblur.io", "write_photo"), ("pathlib", "Path")}
