@@ -161,7 +161,7 @@ def _opening(
 
 def _is_stack(record: Record, source: dict[str, Any]) -> bool:
     """Whether it is more than a single photo."""
-    return len(record.photo.shape) - source["rgb"] > PLANE
+    return len(record.photo.shape) - bool(source["rgb"]) > PLANE
 
 
 def _writing(record: Record, source: dict[str, Any], stem: str, names: set[tuple[str, str]]) -> str:
