@@ -8,7 +8,7 @@ import pytest
 from small_runs import KNOWN, everything, one_sentence, unfinished
 
 from napari_crfdeblur import demo
-from napari_crfdeblur.cli import commands, main
+from napari_crfdeblur.cli import deblur, estimate, main, simulate
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.io import read_photo
 
@@ -173,6 +173,14 @@ LAST = [
 ]
 
 
+def replace_in_commands(monkeypatch, name, value):
+    """Put something in the place of what the commands call by this name."""
+    homes = [home for home in (deblur, estimate, simulate) if hasattr(home, name)]
+    assert homes, name
+    for home in homes:
+        monkeypatch.setattr(home, name, value)
+
+
 @pytest.mark.parametrize("there", [True, False], ids=["old outputs", "no outputs"])
 @pytest.mark.parametrize(("line", "writer", "options"), LAST)
 def test_if_the_last_output_fails_there_is_none(
@@ -180,7 +188,7 @@ def test_if_the_last_output_fails_there_is_none(
 ):
     for name in ("out.png", "k.png", "e.json", "new.png", "found.json", "r.html") * there:
         (here / name).write_bytes(b"old")
-    monkeypatch.setattr(commands, writer, full)
+    replace_in_commands(monkeypatch, writer, full)
     before = everything()
     assert main([*COMMANDS[line], *options]) == 2
     assert everything() == before
@@ -204,8 +212,8 @@ def test_if_the_last_output_fails_there_is_none(
 def test_a_place_that_cannot_be_written_is_found_before_the_work(
     here, capsys, monkeypatch, line, name, options, kind
 ):
-    for stage in ("deblurring", "seeking_edges", "expose"):
-        monkeypatch.setattr(commands, stage, lambda *_, **__: pytest.fail("work has begun"))
+    for stage in ("deblurring", "profiling", "expose"):
+        replace_in_commands(monkeypatch, stage, lambda *_, **__: pytest.fail("work has begun"))
     if kind == "folder":
         (here / name).mkdir()
     elif kind == "circle":

@@ -8,7 +8,7 @@ from napari_crfdeblur.cli import large as cli_large
 from napari_crfdeblur.cli import main
 from napari_crfdeblur.deconvolution import RichardsonLucy
 from napari_crfdeblur.io import read_photo, read_psf, write_photo, write_psf
-from napari_crfdeblur.large import restore_large
+from napari_crfdeblur.large import deblur, restore_large
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import SRGB
 from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
@@ -79,9 +79,9 @@ def test_tiles_give_what_the_whole_gives(here, output, capsys):
 def test_a_large_tiff_is_worked_on_in_tiles_unasked(here, monkeypatch):
     calls = []
     monkeypatch.setattr(cli_large, "PIXELS", 30000)
-    original = cli_large.restore_large
+    original = deblur.restore_large
     monkeypatch.setattr(
-        cli_large, "restore_large", lambda *a, **k: calls.append(a) or original(*a, **k)
+        deblur, "restore_large", lambda *a, **k: calls.append(a) or original(*a, **k)
     )
     assert run("deblur", "a.tif", *KNOWN) == 0
     assert (here / "a-deblurred.tif").exists()

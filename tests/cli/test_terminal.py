@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import warnings
+from importlib import import_module
 from pathlib import Path
 
 import numpy as np
@@ -187,9 +188,9 @@ def test_every_line_ends_well_or_in_one_sentence(capsys):
         (["simulate", "--size", "16384x16384"], "67 megapixels"),
         (["simulate", "--psf-size", "999999"], "from 3 to 999"),
         (["deblur", "photo.png", "--blur-extent", "1e6"], "at most 9999"),
-        (["deblur", "photo.png", *KNOWN, "--blur-extent", "65"], "--blur-extent within"),
-        (["deblur", "photo.png", *KNOWN, "--blur-extent", "65", "--tiled"], "--blur-extent within"),
-        (["estimate", "photo.png", "--blur-extent", "65"], "--blur-extent within"),
+        (["deblur", "photo.png", *KNOWN, "--blur-extent", "65"], "wider than the photo"),
+        (["deblur", "photo.png", *KNOWN, "--blur-extent", "65", "--tiled"], "wider than the photo"),
+        (["estimate", "photo.png", "--blur-extent", "65"], "wider than the photo"),
         (["deblur", "photo.png", "--varying", "1000x1000"], "1 to 99"),
         (["deblur", "photo.png", *KNOWN, "--varying", "9x9"], "ask for fewer"),
         (["deblur", "photo.png", *KNOWN, "--varying", "9x9", "--tiled"], "ask for fewer"),
@@ -308,15 +309,14 @@ def test_a_program_without_an_encoding_or_a_reader_says_no_more_than_that(here, 
 
 
 def test_libraries_say_nothing_beside_the_sentence(here, capfd, monkeypatch):
-    def noisy(_path):
+    def noisy(_path, **_):
         logging.getLogger("distributed.comm").error("cannot connect")
         logging.getLogger("tifffile").warning("strange tag")
         warnings.showwarning("deprecated", UserWarning, "x.py", 1)
         raise ValueError("the photo is\nnone")
 
-    from napari_crfdeblur.cli import commands
-
-    monkeypatch.setattr(commands, "read_photo", noisy)
+    home = import_module("napari_crfdeblur.cli.deblur")
+    monkeypatch.setattr(home, "read_photo", noisy)
     disabled, shown = logging.root.manager.disable, warnings.showwarning
     assert main(RUNS["deblur"]) == 2
     assert capfd.readouterr().err == "crfdeblur: the photo is\\nnone\n"

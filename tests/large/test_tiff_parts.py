@@ -204,4 +204,4 @@ def test_a_jpeg_larger_than_its_part_is_refused(tmp_path):
     frame = content.index(b"\xff\xc0", start)
     content[frame + 5 : frame + 9] = b"\xff\xff\xff\xff"
     path.write_bytes(content)
-    refused(path, "a JPEG larger than its tile or strip", slice(0, 3))
+    refused(path, "claims to have", slice(0, 3))

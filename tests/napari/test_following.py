@@ -115,9 +115,9 @@ def test_of_many_changes_only_the_last_is_estimated_in_full(
 ) -> None:
     started = []
 
-    def note(session: Session, **how: Any) -> Any:
+    def note(session: Session, *method: Any, **how: Any) -> Any:
         started.append(session.state.edges)
-        return estimating_response(session, **how)
+        return estimating_response(session, *method, **how)
 
     monkeypatch.setattr(following, "estimating_response", note)
     for _ in range(3):

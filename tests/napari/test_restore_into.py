@@ -120,8 +120,8 @@ def test_what_fits_in_no_memory_is_refused_with_what_to_do(
 ) -> None:
     session = known(blurred.photo)
     needed = blurred.photo.size * 9
-    memory = SimpleNamespace(available=2 * needed - 1)
-    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: memory)
+    free = SimpleNamespace(available=2 * needed - 1)
+    monkeypatch.setattr(memory.psutil, "virtual_memory", lambda: free)
     before = session.state
     for attempt in (session.linearize, session.restore, session.compare_with, session.deblur):
         with pytest.raises(CrfDeblurError, match="restore into a file, or a part"):
@@ -131,7 +131,7 @@ def test_what_fits_in_no_memory_is_refused_with_what_to_do(
     assert session.state is before
     session.restore(METHOD, region=((0, 60), (0, 70)))
     session.restore_into(tmp_path / "out.tif", METHOD)
-    memory.available = 2 * needed
+    free.available = 2 * needed
     session.restore(METHOD)
 
 

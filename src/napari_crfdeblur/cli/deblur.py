@@ -116,7 +116,7 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
                 result=run(identifying(after)),
             )
             write_record(outputs[arguments.record], record)
-    say_report(report)
+    say_report(replace(report, psf=found.have.psf))
     say(f"wrote {output}")
 
 

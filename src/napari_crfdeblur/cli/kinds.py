@@ -99,7 +99,7 @@ def grid(text: str) -> tuple[int, int]:
     return pair
 
 
-def path(text: str) -> Path:
+def file_name(text: str) -> Path:
     """A file or a folder."""
     return Path(word(text))
 

@@ -28,7 +28,7 @@ def output(
     command.add_argument(
         "-o",
         "--output",
-        type=kinds.path,
+        type=kinds.file_name,
         default=default,
         required=required,
         metavar=metavar,
@@ -38,12 +38,12 @@ def output(
 
 def photo_argument(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
     """``PHOTO``."""
-    command.add_argument("photo", type=kinds.path, metavar="PHOTO", help=text)
+    command.add_argument("photo", type=kinds.file_name, metavar="PHOTO", help=text)
 
 
 def photos(command: ArgumentParser, text: str = "PNG, JPEG or TIFF") -> None:
     """``PHOTO ...``."""
-    command.add_argument("photos", type=kinds.path, nargs="+", metavar="PHOTO", help=text)
+    command.add_argument("photos", type=kinds.file_name, nargs="+", metavar="PHOTO", help=text)
 
 
 def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
@@ -94,7 +94,7 @@ def cameras(command: ArgumentParser) -> None:
     """``--cameras`` and ``--camera``."""
     command.add_argument(
         "--cameras",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="FOLDER",
         help="stored cameras: start from what other photos have told of this one",
     )
@@ -121,13 +121,13 @@ def edges(command: ArgumentParser) -> None:
     """``--edges`` and ``--save-edges``, and what :func:`extent` has."""
     command.add_argument(
         "--edges",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="FILE",
         help="edges to use (.json) instead of finding them",
     )
     command.add_argument(
         "--save-edges",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="FILE",
         help="write the edges that were found (.json, or .csv for a spreadsheet)",
     )
@@ -164,7 +164,7 @@ def report(command: ArgumentParser) -> None:
     """``--report``."""
     command.add_argument(
         "--report",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="FILE",
         help="write a page that shows what was found (.html or .png)",
     )

@@ -115,7 +115,7 @@ def _deblur(add: Add) -> None:
     options.scheduler(deblur)
     deblur.add_argument(
         "--record",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="FILE.json",
         help="write what was done, for `crfdeblur repeat`",
     )
@@ -129,7 +129,7 @@ def _repeat(add: Add) -> None:
     )
     repeat.add_argument(
         "record_file",
-        type=kinds.path,
+        type=kinds.file_name,
         metavar="RECORD",
         help="what `deblur --record` wrote, or the window exported",
     )
@@ -194,7 +194,9 @@ def _estimate(add: Add) -> None:
         help="likelihood, or of the paper: rank (Eq. 10), rank-all (Eq. 8), mean (Eq. 5), "
         "known-psf (Eq. 4) (default: likelihood)",
     )
-    estimate.add_argument("--psf", type=kinds.path, metavar="FILE", help="the PSF, if it is known")
+    estimate.add_argument(
+        "--psf", type=kinds.file_name, metavar="FILE", help="the PSF, if it is known"
+    )
     options.prior(estimate)
     options.cameras(estimate)
     options.edges(estimate)

@@ -1,7 +1,6 @@
 """How a photo is deblurred: everything that can be chosen, checked where it is made."""
 
 from dataclasses import dataclass, field
-from math import hypot
 from types import NoneType
 from typing import TypeAlias
 
@@ -85,7 +84,7 @@ class DeblurOptions:
             A blur wider than the photo, more parts than it has rows or columns, or responses
             for other channels.
         """
-        if self.blur_extent is not None and self.blur_extent > hypot(*sides):
+        if self.blur_extent is not None and self.blur_extent > max(sides):
             raise CrfDeblurError(
                 f"a blur of {self.blur_extent:g} pixels is wider than the photo of "
                 f"{sides[1]} x {sides[0]}; give a smaller blur extent"
