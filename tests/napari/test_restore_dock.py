@@ -12,7 +12,7 @@ from napari_crfdeblur import Session
 from napari_crfdeblur._napari import preferences
 from napari_crfdeblur._napari.docks import RestoreDock, restore
 from napari_crfdeblur._napari.docks.restore import SLICE, VISIBLE, WHOLE
-from napari_crfdeblur.deconvolution import Wiener
+from napari_crfdeblur.deconvolution import RichardsonLucy, Wiener
 from napari_crfdeblur.psf import disk, line
 from napari_crfdeblur.response import Gamma, clipped_share
 from napari_crfdeblur.simulate import Simulated
