@@ -170,6 +170,7 @@ def run_here(script: str, each: OptionSet, monkeypatch) -> tuple[np.ndarray, str
         patch.setattr("napari_crfdeblur.io.read_photo", lambda _: each.stack.data)
         patch.setattr("napari_crfdeblur.io.write_photo", lambda _, pixels: results.append(pixels))
         patch.setattr("tifffile.imwrite", lambda _, pixels: results.append(pixels))
+        patch.setattr("tifffile.imread", lambda _: each.stack.data)
         patch.setattr(sys, "argv", ["script", "photo"])
         exec(compile(script, "script", "exec"), {"__name__": "__main__"})
     return results[0], said.getvalue()
