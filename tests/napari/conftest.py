@@ -9,7 +9,7 @@ from npe2 import PluginManager, PluginManifest
 
 from napari_crfdeblur import Session
 from napari_crfdeblur._napari.session.state import EdgeSet, Fitted
-from napari_crfdeblur.estimate import MaximumLikelihood, estimate_response
+from napari_crfdeblur.estimate import MaximumLikelihood, Responses, estimate_response
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, Simulated, simulate, street
@@ -70,7 +70,7 @@ def found(blurred: Simulated) -> EdgeSet:
 def fitted(found: EdgeSet) -> Fitted:
     """The response estimated from them, once."""
     estimate = estimate_response(found.groups, MaximumLikelihood())
-    return Fitted((estimate,), found.groups, found, method=MaximumLikelihood())
+    return Fitted(Responses((estimate,)), found.groups, found, method=MaximumLikelihood())
 
 
 @pytest.fixture(scope="session")

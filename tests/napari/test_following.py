@@ -198,7 +198,7 @@ def test_a_given_response_does_not_follow(paused: EdgesDock) -> None:
 def test_other_methods_are_estimated_in_full_at_once(dock: EdgesDock, qtbot: QtBot) -> None:
     session = dock.session
     session.estimate_response(MeanProfile())
-    assert session.state.fitted.fits == ()
+    assert session.state.fitted.responses.fits == ()
     session.remove_edges([3])
     assert session.state.live is None
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=20000)

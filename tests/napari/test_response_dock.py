@@ -26,6 +26,7 @@ from napari_crfdeblur.estimate import (
     PerChannel,
     RankMinimization,
     ResponseEstimate,
+    Responses,
     ResponseStatus,
 )
 from napari_crfdeblur.io import to_record, write_photo, write_responses
@@ -406,14 +407,14 @@ def test_a_loaded_curve_is_drawn_beside_until_it_is_dropped(dock, tmp_path):
     ],
 )
 def test_trust_is_told_in_words_and_color(status, level):
-    text, found = trust_in(Fitted((estimate(status),)), earlier=False)
+    text, found = trust_in(Fitted(Responses((estimate(status),))), earlier=False)
     assert status.value in text
     assert found is level
 
 
 def test_one_doubtful_channel_is_named():
-    channels = [estimate(s) for s in (ResponseStatus.GOOD, ResponseStatus.DOUBTFUL)]
-    text, level = trust_in(Fitted((channels[0], channels[0], channels[1])), earlier=False)
+    good, bad = (estimate(s) for s in (ResponseStatus.GOOD, ResponseStatus.DOUBTFUL))
+    text, level = trust_in(Fitted(Responses((good, good, bad))), earlier=False)
     assert "(blue)" in text
     assert level is Level.DOUBT
 
@@ -421,7 +422,7 @@ def test_one_doubtful_channel_is_named():
 def test_the_first_reasons_stand_below_and_all_in_the_tooltip(dock):
     own = (Finding.NARROW, Finding.UNSURE), (Finding.NARROW,), (Finding.ALIKE, Finding.MISFIT)
     channels = tuple(estimate(ResponseStatus.CANNOT_TELL, *each) for each in own)
-    dock.session.commit(dock.photo, replace(dock.session.state, fitted=Fitted(channels)))
+    dock.session.commit(dock.photo, replace(dock.session.state, fitted=Fitted(Responses(channels))))
     sentence, *why = dock._trust.value.split("<br>")
     assert SHADES["dark"][Level.DOUBT] in sentence
     assert ResponseStatus.CANNOT_TELL.value in sentence

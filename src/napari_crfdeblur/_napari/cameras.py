@@ -125,13 +125,13 @@ def check_kept(fitted: Fitted, camera: StoredCamera) -> None:
         raise CrfDeblurError(
             "one response is stored for all channels: estimate without one curve per channel"
         )
-    if not (fitted.fits and isinstance(fitted.fits[0], LiveFit)):
+    fit = next(iter(fitted.responses.fits), None)
+    if not isinstance(fit, LiveFit):
         raise CrfDeblurError("only an estimate of maximum likelihood is stored: estimate first")
     if any(group.sources[0].image for group in fitted.groups):
         raise CrfDeblurError(
             "this estimate rests on further photos, too: estimate and keep them one by one"
         )
-    fit = fitted.fits[0]
     if fit.found is None:
         raise CrfDeblurError("no edge of this photo tells of its camera: draw one, and estimate")
     prior = fit.found.problem.prior

@@ -95,7 +95,7 @@ class Following:
     def _go_on(self, stay: Collection[int] | None) -> bool:
         """Follow the edges, if the response can; a full estimate of earlier ones comes too late."""
         state, photo = self._session.state, self._session.photo
-        able = state.fitted is not None and bool(state.fitted.fits)
+        able = state.fitted is not None and bool(state.fitted.responses.fits)
         if photo is None or not able or not (state.edges and state.edges.groups):
             return False
         self._photo = photo

@@ -9,21 +9,21 @@ import numpy as np
 from napari.layers import Image as ImageLayer
 
 from ..._typing import Image
-from ...arguments import instances
 from ...edges import Edge
 from ...errors import CrfDeblurError
 from ...estimate import (
-    GivenResponse,
     MaximumLikelihood,
     PerChannel,
     ResponseFit,
+    Responses,
     estimating_responses,
+    given_responses,
 )
 from ...io import read_photo, read_responses
 from ...pipeline import DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...profiles import ProfileGroup, of_channel
 from ...progress import Job, Progress
-from ...response import Response, ResponseCurve
+from ...response import Response
 from ..pixels import source_of, unwrapped
 from ..regions import shown_plane
 from .state import EdgeSet, Fitted
@@ -140,7 +140,7 @@ def following_edges(
     photo, _ = session.source()
     edges, fitted = session.required_edges(), session.required_response()
     last = session.state.live or fitted
-    if not last.fits:
+    if not last.responses.fits:
         raise CrfDeblurError("only a response of maximum likelihood can follow the edges")
 
     @at_once
@@ -156,11 +156,8 @@ def following_edges(
 def setting_response(session: Workspace, curve: Response) -> Step[Fitted, Fitted]:
     """Step of :meth:`ResponseVerbs.set_response`."""
     photo, source = session.source()
-    curves = (curve,) if isinstance(curve, ResponseCurve) else curve
-    instances(curves, ResponseCurve, "a response curve, or one for each channel")
-    if len(curves) not in (1, 3):
-        raise ValueError(f"expected one curve or 3, one for each channel, got {len(curves)}")
-    if len(curves) == 3 and not source.rgb:
+    given = Fitted(given_responses(curve))
+    if len(given.estimates) == 3 and not source.rgb:
         raise CrfDeblurError(
             f"this response has three channels, but “{photo.name}” is gray: choose a response of "
             "one curve"
@@ -168,7 +165,7 @@ def setting_response(session: Workspace, curve: Response) -> Step[Fitted, Fitted
 
     def job() -> Job[Fitted]:
         yield Progress("given response", 0, 1)
-        return Fitted(tuple(GivenResponse(one).estimate() for one in curves))
+        return given
 
     @at_once
     def finish(fitted: Fitted) -> Fitted:
@@ -196,7 +193,7 @@ def _fitting(
         groups += have.groups or ()
     response = yield from estimating_responses(groups, method)
     names = tuple(other.name for other in others)
-    return Fitted(response.estimates, tuple(groups), found, response.fits, method, names)
+    return Fitted(response, tuple(groups), found, method, names)
 
 
 def _following(
@@ -221,13 +218,14 @@ def _following(
     yield Progress("following the edges", 0, 1)
     own = edges.groups if stay is None else _only(edges.groups, stay)
     groups = (*own, *(group for group in last.groups if group.sources[0].image > 0))
-    parts = _split(groups, len(last.fits))
-    fits = [fit.refit(part) for fit, part in zip(last.fits, parts, strict=True)]
+    before = last.responses.fits
+    parts = _split(groups, len(before))
+    fits = [fit.refit(part) for fit, part in zip(before, parts, strict=True)]
     found = tuple(fit for fit in fits if fit is not None)
     if len(found) < len(fits) or not found:
         return None
-    estimates = tuple(fit.estimate for fit in found)
-    return replace(last, estimates=estimates, groups=groups, edges=edges, fits=found)
+    responses = Responses(tuple(fit.estimate for fit in found), found)
+    return replace(last, responses=responses, groups=groups, edges=edges)
 
 
 def _split(groups: Sequence[ProfileGroup], count: int) -> list[Sequence[ProfileGroup]]:

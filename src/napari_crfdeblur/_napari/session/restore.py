@@ -10,7 +10,7 @@ from ..._typing import Image
 from ...deconvolution import Deconvolver
 from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
-from ...estimate import GivenResponse, Responses, given_responses
+from ...estimate import Responses, given_responses
 from ...pipeline import (
     DEFAULT_METHOD,
     DeblurOptions,
@@ -220,7 +220,7 @@ def comparing(
     where = _where(session, source, region)
     assumed = curve or Gamma(2.2)
     used = method or DEFAULT_METHOD
-    fitted = Fitted((GivenResponse(assumed).estimate(),))
+    fitted = Fitted(given_responses(assumed))
     way = way_of(session.state, fitted, used)
 
     @at_once

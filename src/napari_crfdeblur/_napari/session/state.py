@@ -1,6 +1,5 @@
 """What a session knows of a photo: frozen records, one for each stage of the path."""
 
-import dataclasses
 from dataclasses import dataclass, replace
 
 from napari.layers import Image as ImageLayer
@@ -9,7 +8,6 @@ from napari.layers import Layer
 from ...deconvolution.tiles import Region
 from ...edges import Edge
 from ...estimate import Finding, PerChannel, ResponseEstimate, ResponseFit, Responses
-from ...estimate.base import LiveEstimate
 from ...pipeline import DeblurOptions, Drawn, Intermediates
 from ...pipeline.blur import Blur
 from ...pipeline.record import Record
@@ -76,31 +74,28 @@ class Fitted:
 
     Parameters
     ----------
-    estimates : tuple of ResponseEstimate
-        One for all channels, or one for each.
+    responses : Responses
+        As the path takes them.
     groups : tuple of ProfileGroup
         Profiles that went into it; empty if it was given.
     edges : EdgeSet or None
         Edges of the photo at that time; None if it was given.
-    fits : tuple of LiveEstimate
-        What it takes to follow the edges from here, for each estimate; empty if it cannot.
     method : ResponseFit, optional
         How it was found; None if it was given.
     others : tuple of str
         Names of further photos from which it was found.
     """
 
-    estimates: tuple[ResponseEstimate, ...]
+    responses: Responses
     groups: tuple[ProfileGroup, ...] = ()
     edges: EdgeSet | None = None
-    fits: tuple[LiveEstimate, ...] = dataclasses.field(default=(), repr=False)
     method: ResponseFit | None = None
     others: tuple[str, ...] = ()
 
     @property
-    def responses(self) -> Responses:
-        """The estimates as the path takes them."""
-        return Responses(self.estimates, self.fits)
+    def estimates(self) -> tuple[ResponseEstimate, ...]:
+        """One for all channels, or one for each."""
+        return self.responses.estimates
 
     @property
     def curve(self) -> Response:
@@ -124,6 +119,10 @@ class Fitted:
     def doubts(self) -> list[str]:
         """The first of the findings as lines for the user, who would not read more."""
         return [f"• {finding.value}" for finding in self.findings[:MOST_DOUBTS]]
+
+    def as_given(self) -> "Fitted":
+        """The same response for another photo, which has not the edges that it came from."""
+        return Fitted(Responses(self.estimates))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -227,7 +226,7 @@ class State:
         self, fitted: Fitted, psf: PsfEstimate, parts: PsfField | None = None
     ) -> "State":
         """The state as if the response and the PSF of another photo were given for this one."""
-        known = Fitted(fitted.estimates)
+        known = fitted.as_given()
         return replace(self, fitted=known, psf=psf, field=parts, sought=None)
 
     def without(self, layer: Layer) -> "State":
@@ -250,7 +249,7 @@ class State:
         axes : int
             Of the photo now, color left out.
         """
-        fitted = None if self.fitted is None else Fitted(self.fitted.estimates)
+        fitted = None if self.fitted is None else self.fitted.as_given()
         psf = None if self.psf is None or self.psf.psf.ndim > axes else self.psf
         return State(fitted=fitted, psf=psf)
 

@@ -113,8 +113,8 @@ def fitted_of(have: Intermediates, edges: EdgeSet | None, options: DeblurOptions
     """The response that the path has found, and what it was found from."""
     response = made(have.response, "a response")
     if not options.response.needs_profiles:
-        return Fitted(response.estimates)
-    return Fitted(response.estimates, have.groups or (), edges, response.fits, options.response)
+        return Fitted(response)
+    return Fitted(response, have.groups or (), edges, options.response)
 
 
 def _walking(
