@@ -101,6 +101,12 @@ def planes(photo: Image) -> list[Image]:
     return [photo] if photo.ndim == 2 else [photo[..., c] for c in range(3)]
 
 
+def little_endian(pixels: Image) -> memoryview:
+    """The bytes of all values in the order of reading, for a checksum that is the same anywhere."""
+    little = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder("<"))
+    return memoryview(little).cast("B")
+
+
 def to_unit(photo: Image) -> FloatArray:
     """Intensity in [0, 1], float32 unless the photo is float64; the shape of `photo`."""
     _check_kind(arguments.instance(photo, np.ndarray, "a photo as an array of numpy"))

@@ -21,6 +21,7 @@ from napari_crfdeblur.estimate import (
     GivenResponse,
     MaximumLikelihood,
     RankMinimization,
+    Responses,
     ResponseStatus,
 )
 from napari_crfdeblur.io import (
@@ -185,6 +186,18 @@ def test_the_metadata_of_a_layer_can_be_repeated(session: Session, blurred: Simu
     other = Session(viewer, viewer.add_image(blurred.photo))
     other.repeat(restored.metadata[KEY])
     np.testing.assert_array_equal(other.state.restored.data, restored.data)
+
+
+@pytest.mark.parametrize("verb", ["restore", "linearize"])
+def test_a_light_layer_can_be_repeated(session: Session, verb: str) -> None:
+    getattr(given(session), verb)()
+    light = session.state.linear.layer
+    said = session.repeat(light.metadata[KEY])
+    np.testing.assert_array_equal(session.state.linear.layer.data, light.data)
+    same = "the result is the same, pixel by pixel"
+    assert said == ([same] if verb == "linearize" else [])
+    content = session.state.linear.layer.metadata[KEY]
+    assert record_from(content, "the layer").result == pixels_of("street", light.data)
 
 
 @pytest.mark.parametrize(
@@ -420,7 +433,7 @@ def test_trust_in_a_response_is_said_with_the_first_reasons(
     said: list[Any] = []
     session.said.connect(said.append)
     estimate = replace(fitted.estimates[0], status=status, findings=tuple(Finding))
-    session.say_trust(Fitted((estimate,)))
+    session.say_trust(Fitted(Responses((estimate,))))
     first, *why = said[-1].text.split("\n")
     assert first == f"response: {status.value}"
     assert 0 < len(why) < len(Finding)

@@ -7,11 +7,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from .._typing import Image
 from .._version import __version__
 from ..errors import DAMAGED, CrfDeblurError
+from ..photo import little_endian
 from ..response import ResponsePrior
 from ..texts import brief
 from .camera_keys import CameraKey
@@ -43,9 +42,9 @@ class CountedPhoto:
     @classmethod
     def of(cls, name: str, photo: Image) -> "CountedPhoto":
         """The entry of a photo as it was read, shape (M, N), (M, N, 3) or (M, N, 4)."""
-        pixels = np.ascontiguousarray(photo, dtype=photo.dtype.newbyteorder("<"))
-        digest = hashlib.sha256(f"{pixels.dtype.str} {pixels.shape} ".encode())
-        digest.update(pixels.data)
+        kind = photo.dtype.newbyteorder("<").str
+        digest = hashlib.sha256(f"{kind} {photo.shape} ".encode())
+        digest.update(little_endian(photo))
         return cls(name, digest.hexdigest())
 
 

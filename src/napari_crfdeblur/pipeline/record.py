@@ -14,12 +14,14 @@ from .. import arguments
 from .._typing import Image
 from .._version import __version__
 from ..errors import CrfDeblurError
+from ..photo import little_endian
 from ..progress import Job, Progress
 from .options import DeblurOptions
 from .path import Stage
-from .stack import PhotoStack, planes_of
+from .stack import PhotoStack, Restored, planes_of
 
 PACKAGE = "napari-crfdeblur"
+BAND = 256  # rows whose checksum is taken at a time: some 100 MB of the widest photos
 LIBRARIES = ("numpy", "scipy", "scikit-image")  # on which the numbers depend
 
 
@@ -149,22 +151,25 @@ def identifying(stack: PhotoStack) -> Job[Pixels]:
     for done, plane in enumerate(parts):
         yield Progress("checksum", done, len(parts))
         for rows in _bands(plane[-2]):
-            digest.update(_bytes(np.asarray(stack.data[(*plane[:-2], rows, plane[-1])])))
+            pixels = np.asarray(stack.data[(*plane[:-2], rows, plane[-1])])
+            digest.update(little_endian(pixels))
     shape = tuple(int(side) for side in stack.data.shape)
     return Pixels(stack.name, digest.hexdigest(), shape, stack.dtype.name)
 
 
+def result_of(stack: PhotoStack, restored: Restored) -> Pixels | None:
+    """What tells the last thing that was made of a stack from others; None if nothing was."""
+    made = (restored.photo, restored.sharp_linear, restored.linear)
+    newest = next((each for each in made if each is not None), None)
+    return None if newest is None else pixels_of(stack.name, newest)
+
+
 def pixels_of(name: str, pixels: Image) -> Pixels:
     """What tells an array from others."""
-    digest = hashlib.sha256(_bytes(pixels)).hexdigest()
+    digest = hashlib.sha256(little_endian(pixels)).hexdigest()
     return Pixels(name, digest, tuple(pixels.shape), pixels.dtype.name)
 
 
 def _bands(rows: slice) -> Iterable[slice]:
     """Rows that are read at a time, so that a large photo need not fit into memory."""
-    return (slice(i, min(i + 256, rows.stop)) for i in range(rows.start, rows.stop, 256))
-
-
-def _bytes(pixels: Image) -> memoryview:
-    little = np.ascontiguousarray(pixels, dtype=pixels.dtype.newbyteorder("<"))
-    return memoryview(little).cast("B")
+    return (slice(i, min(i + BAND, rows.stop)) for i in range(rows.start, rows.stop, BAND))

@@ -7,7 +7,7 @@ from ..errors import CrfDeblurError
 from ..progress import Job
 from .intermediates import Intermediates, made
 from .path import Stage, walking
-from .record import Pixels, Record, identifying, pixels_of, versions
+from .record import Pixels, Record, identifying, result_of, versions
 from .stack import PhotoStack, Restored, restoring_stack
 
 RESTORING = (Stage.LINEAR, Stage.RESTORE, Stage.REAPPLY)
@@ -101,12 +101,7 @@ def repeating(record: Record, stack: PhotoStack) -> Job[Repeated]:
     restored = yield from restoring_stack(
         stack, region, response, blur, record.options, until=record.until
     )
-    newest = next(
-        each
-        for each in (restored.photo, restored.sharp_linear, restored.linear)
-        if each is not None
-    )
-    return Repeated(record, found, restored, photo, pixels_of(stack.name, newest))
+    return Repeated(record, found, restored, photo, result_of(stack, restored))
 
 
 def places(record: Record, stack: PhotoStack) -> tuple[Region, Region]:

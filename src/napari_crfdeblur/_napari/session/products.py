@@ -6,12 +6,13 @@ from typing import Any
 
 from napari.layers import Image as ImageLayer
 
+from ..._typing import Image
 from ...deconvolution.tiles import Region
 from ...estimate import Responses
-from ...pipeline import DeblurOptions, PhotoStack, Pixels, Restored, Stage, restoring_stack
+from ...pipeline import DeblurOptions, PhotoStack, Pixels, Record, Restored, Stage, restoring_stack
 from ...pipeline.blur import Blur
 from ...pipeline.intermediates import made
-from ...pipeline.record import identifying, pixels_of
+from ...pipeline.record import identifying, result_of
 from ...progress import Job
 from .. import outputs
 from .state import Linear, Sharp
@@ -22,11 +23,11 @@ from .workspace import Workspace
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Product:
-    """A region after some stages, and what tells it and the photo from others."""
+    """A region after some stages, and what tells the photo and the last layer from others."""
 
     restored: Restored
     photo: Pixels
-    result: Pixels
+    result: Pixels | None
 
 
 def making(
@@ -39,17 +40,12 @@ def making(
     start: Restored | None = None,
     until: Stage = Stage.REAPPLY,
 ) -> Job[Product]:
-    """Long job: the second half of the path for a region, and what tells it from others."""
+    """Long job: the second half of the path for a region."""
     photo = yield from identifying(source)
     restored = yield from restoring_stack(
         source, region, responses, blur, options, start=start, until=until
     )
-    newest = {
-        Stage.LINEAR: restored.linear,
-        Stage.RESTORE: restored.sharp_linear,
-        Stage.REAPPLY: restored.photo,
-    }[until]
-    return Product(restored, photo, pixels_of(source.name, made(newest, "a result")))
+    return Product(restored, photo, result_of(source, restored))
 
 
 def show_all(
@@ -64,34 +60,33 @@ def show_all(
     """Add the layers of a restoration, one by one, and keep them; the deblurred photo, if any."""
     state, shown = session.state_of(photo), product.restored
     fitted = made(state.fitted, "a response")
-    record = record_of(
-        source,
-        way,
-        Stage.LINEAR,
-        region=region,
-        photo=product.photo,
-        result=product.result,
-        chosen=chosen,
-    )
+
+    def record(until: Stage, later: Image | None = None) -> Record:
+        result = product.result if later is None else None  # it tells of the last layer
+        return record_of(
+            source, way, until, region=region, photo=product.photo, result=result, chosen=chosen
+        )
+
     linear, sharp, restored = state.linear, state.sharp, None
     if shown.linear is not None:
+        how = record(Stage.LINEAR, shown.sharp_linear)
         layer = outputs.light_layer(
-            session, photo, outputs.LINEAR, shown.linear, region, state, record
+            session, photo, outputs.LINEAR, shown.linear, region, state, how
         )
         linear, sharp = Linear(layer, region, fitted), None
         yield
-    record = replace(record, until=Stage.RESTORE)
     if shown.sharp_linear is not None and linear is not None:
+        how = record(Stage.RESTORE, shown.photo)
         layer = outputs.light_layer(
-            session, photo, outputs.SHARP, shown.sharp_linear, region, state, record
+            session, photo, outputs.SHARP, shown.sharp_linear, region, state, how
         )
-        sharp = Sharp(layer, linear, record)
+        sharp = Sharp(layer, linear, how)
         yield
-    record = replace(record, until=Stage.REAPPLY)
     state = replace(state, linear=linear, sharp=sharp)
     if shown.photo is not None:
-        restored = outputs.photo_layer(session, photo, shown.photo, region, state, record)
-        state = replace(state, restored=restored, record=record)
+        how = record(Stage.REAPPLY)
+        restored = outputs.photo_layer(session, photo, shown.photo, region, state, how)
+        state = replace(state, restored=restored, record=how)
         yield
     session.commit(photo, state)
     return restored
