@@ -33,6 +33,7 @@ from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import (
     GivenPsf,
     PsfEstimate,
+    PsfField,
     PsfStatus,
     RadonFit,
     Variational,
@@ -46,6 +47,7 @@ from napari_crfdeblur.simulate import Camera, Scene, camera_turn, simulate, slan
 RESPONSE = GeneralizedGamma((0.85, -0.75, 0.25))
 QUICK = RankMinimization(polynomial=PolynomialFit(resamples=0))
 KNOWN = DeblurOptions(response=GivenResponse(SRGB()), psf=GivenPsf(camera_shake(9, 1)))
+OTHERS = PsfField(np.ones((1, 2, 3, 5)), ((PsfStatus.GOOD,) * 2,), (21, 30))
 
 
 @pytest.fixture(scope="module")
@@ -377,8 +379,9 @@ def test_options_that_cannot_be_are_refused_where_they_are_made(wrong):
         ({"regions": (46, 2)}, "parts"),
         ({"regions": 62}, "parts"),
         ({"blur_extent": 1e6}, "wider than the photo"),
+        ({"psf": GivenPsf(np.ones((3, 5)), OTHERS)}, "a picture of 30 x 21 pixels"),
     ],
-    ids=["rows", "longer side", "extent"],
+    ids=["rows", "longer side", "extent", "parts of another"],
 )
 def test_options_beyond_the_photo_are_refused_before_any_work(small, options, said):
     seen = []

@@ -17,6 +17,12 @@ class CrfDeblurError(Exception):
         return printable(super().__str__())
 
 
+def about(name: object, error: BaseException) -> CrfDeblurError:
+    """The same refusal, with the name of the file or layer that it is about before it, once."""
+    text = str(error)
+    return CrfDeblurError(text if text.startswith(str(name)) else f"{name}: {text}")
+
+
 DAMAGED = (
     ArithmeticError,
     AttributeError,

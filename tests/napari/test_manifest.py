@@ -23,6 +23,7 @@ from pydantic import BaseModel
 import napari_crfdeblur
 from napari_crfdeblur._napari import commands, preferences
 from napari_crfdeblur._napari.preferences import Preferences
+from napari_crfdeblur.methods import DECONVOLUTIONS, RESPONSES, words
 
 NAME = "napari-crfdeblur"
 PACKAGE = Path(napari_crfdeblur.__file__).parent
@@ -276,6 +277,8 @@ def test_the_settings_offer_what_the_code_documents() -> None:
     assert list(properties) == list(Preferences.__dataclass_fields__)
     for choice in properties["response"]["enum"] + properties["deconvolution"]["enum"]:
         assert f"``{choice}``" in (Preferences.__doc__ or "")
+    assert properties["deconvolution"]["enum"] == [*words(DECONVOLUTIONS)]
+    assert {*properties["response"]["enum"]} - {"gamma", "srgb"} <= {*words(RESPONSES)}
 
 
 def test_the_icon_is_a_drawing_inside_the_package(manifest: PluginManifest) -> None:

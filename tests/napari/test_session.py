@@ -188,6 +188,14 @@ def test_the_metadata_of_a_layer_can_be_repeated(session: Session, blurred: Simu
     np.testing.assert_array_equal(other.state.restored.data, restored.data)
 
 
+def test_a_record_keeps_the_method_after_a_change(session: Session) -> None:
+    given(session).restore(Wiener())
+    session.set_response(Gamma(2.2))
+    record = record_from(session.record(), "the session")
+    assert record.options.method == Wiener()
+    assert record.options.response == GivenResponse(Gamma(2.2))
+
+
 @pytest.mark.parametrize("verb", ["restore", "linearize"])
 def test_a_light_layer_can_be_repeated(session: Session, verb: str) -> None:
     getattr(given(session), verb)()

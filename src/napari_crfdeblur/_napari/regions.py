@@ -49,7 +49,7 @@ def plane_at(source: PhotoStack, index: Sequence[int]) -> Region:
 
 def _ends(span: AxisSpan) -> tuple[int, int]:
     ends = (span.start, span.stop) if isinstance(span, slice) else span
-    if not isinstance(ends, Sequence) or len(ends) != len(("start", "stop")):
+    if not isinstance(ends, Sequence) or len(ends) != 2:
         raise refusal("a start and a stop", span)
     return whole(ends[0], "the start of a span"), whole(ends[1], "the stop of a span")
 

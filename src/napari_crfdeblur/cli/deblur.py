@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from .._typing import Image
-from ..errors import CrfDeblurError
+from ..errors import CrfDeblurError, about
 from ..io import (
     Output,
     Outputs,
@@ -21,13 +21,12 @@ from ..io import (
 )
 from ..io.limits import Limits
 from ..large import open_source
-from ..large.deblur import StoredArray
+from ..large.deblur import stored_stack
 from ..photo import check_photo
 from ..pipeline import (
     DEFAULT_METHOD,
     DeblurOptions,
     Intermediates,
-    PhotoStack,
     Record,
     Stage,
     deblurring,
@@ -104,16 +103,12 @@ def _deblur_in_tiles(arguments: Namespace, options: DeblurOptions) -> None:
         report = report_of_tiles(photo, source, found, place if arguments.report else None)
         write_extras(arguments, report, outputs)
         if arguments.record:
-            before, after = (
-                PhotoStack(StoredArray(each), each.color, name=name)
-                for each, name in ((source, photo.name), (open_source(place), output.name))
-            )
             record = Record(
-                run(identifying(before)),
+                run(identifying(stored_stack(source, photo.name))),
                 found.options,
                 tiled=True,
                 chosen=dict(found.have.chosen),
-                result=run(identifying(after)),
+                result=run(identifying(stored_stack(open_source(place), output.name))),
             )
             write_record(outputs[arguments.record], record)
     say_report(replace(report, psf=found.have.psf))
@@ -146,7 +141,7 @@ def photo_to_deblur(path: Path, limits: Limits) -> Image:
     try:
         check_photo(photo)
     except CrfDeblurError as error:
-        raise CrfDeblurError(f"{path}: {error}") from error
+        raise about(path, error) from error
     return photo
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..crew.stamp import check_zarr
-from ..errors import CrfDeblurError
+from ..errors import CrfDeblurError, about
 from ..io.images import TIFF
 from ..large import Source, check_target, open_source, storing
 from ..large.deblur import FoundInPart, deblurring_large, is_volume
@@ -92,8 +92,7 @@ def deblur_in_tiles(
     try:
         found = run(deblurring_large(source, options))
     except CrfDeblurError as error:
-        text = str(error)
-        raise CrfDeblurError(text if text.startswith(str(photo)) else f"{photo}: {text}") from error
+        raise about(photo, error) from error
     run(storing(found.lazy, output, scheduler=scheduler, source=source))
     return found
 

@@ -7,7 +7,7 @@ from ..errors import CrfDeblurError
 from ..io import Output, images, read_photo, read_record, write_photo
 from ..io.limits import Limits
 from ..large import open_source
-from ..large.deblur import StoredArray
+from ..large.deblur import stored_stack
 from ..pipeline import PhotoStack, Pixels, Record, repeating
 from ..pipeline.record import identifying
 from ..pipeline.repeat import told
@@ -47,9 +47,8 @@ def _in_tiles(arguments: Namespace, record: Record) -> bool:
         source = open_source(photo, limits=limits_of(arguments))
         place = outputs[output]
         deblur_in_tiles(photo, source, place, record.options, None)
-        stored = open_source(place)
-        before = run(identifying(PhotoStack(StoredArray(source), source.color, name=photo.name)))
-        after = run(identifying(PhotoStack(StoredArray(stored), stored.color, name=output.name)))
+        before = run(identifying(stored_stack(source, photo.name)))
+        after = run(identifying(stored_stack(open_source(place), output.name)))
     same = None
     if record.result is not None and before.same_as(record.photo):
         same = after.same_as(record.result)
@@ -60,8 +59,7 @@ def _stack(path: Path, record: Record, limits: Limits) -> PhotoStack:
     """The photo as the record's was: a single one, or a stack that is read slice by slice."""
     colored = len(record.photo.shape) > PLANE and record.photo.shape[-1] in (3, 4)
     if len(record.photo.shape) - colored > PLANE or path.is_dir():
-        source = open_source(path, limits=limits)
-        return PhotoStack(StoredArray(source), source.color, record.white, path.name)
+        return stored_stack(open_source(path, limits=limits), path.name, record.white)
     photo = read_photo(path, limits=limits)
     return PhotoStack(photo, photo.ndim > PLANE, record.white, path.name)
 

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from .. import arguments
-from ..errors import CrfDeblurError
+from ..errors import CrfDeblurError, about
 from ..pipeline import Record
 from .files import check_output, write_text
 from .json_files import read_json
@@ -66,7 +66,7 @@ def record_from(content: Any, where: str) -> Record:
     try:
         record = from_record(content.get("record"))
     except CrfDeblurError as error:
-        raise CrfDeblurError(f"{where}: {error}") from error
+        raise about(where, error) from error
     if not isinstance(record, Record):
         raise CrfDeblurError(f"{where}: the record is missing or damaged; give {WHAT}")
     return record

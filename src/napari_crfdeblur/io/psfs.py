@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import arguments
 from .._typing import FloatArray, Image
-from ..errors import DAMAGED, CrfDeblurError
+from ..errors import DAMAGED, CrfDeblurError, about
 from ..photo import from_unit
 from ..psf import as_psf, centered
 from .files import check_output, replacing
@@ -49,7 +49,7 @@ def read_psf(path: Path | str, *, limits: Limits = LIMITS) -> FloatArray:
     try:
         return centered(values)
     except CrfDeblurError as error:
-        raise CrfDeblurError(f"{path}: {error}") from error
+        raise about(path, error) from error
 
 
 def write_psf(path: Path | str, psf: FloatArray) -> None:

@@ -7,7 +7,15 @@ import numpy as np
 
 from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
-from ..pipeline import DEFAULT_METHOD, DeblurOptions, Intermediates, Stage, edges_needed, walking
+from ..pipeline import (
+    DEFAULT_METHOD,
+    DeblurOptions,
+    Intermediates,
+    PhotoStack,
+    Stage,
+    edges_needed,
+    walking,
+)
 from ..pipeline.intermediates import PLANE, made
 from ..progress import Job
 from ..psf import GivenPsf
@@ -82,6 +90,11 @@ class StoredArray:
         whole = (*region, *(slice(None) for _ in self.shape[len(region) :]))
         spans = zip(whole, self.shape, strict=True)
         return self._source.read(tuple(slice(*own.indices(side)[:2]) for own, side in spans))
+
+
+def stored_stack(source: Source, name: str, white: float | None = None) -> PhotoStack:
+    """An open photo as the path takes stacks, read slice by slice."""
+    return PhotoStack(StoredArray(source), source.color, white, name)
 
 
 def _check(source: Source, options: DeblurOptions) -> None:

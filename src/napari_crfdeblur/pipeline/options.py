@@ -11,6 +11,7 @@ from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
 from ..psf import PsfEstimator
 from ..psf.field.regions import PartGrid, part_counts
+from .blur import check_fit
 
 Drawn: TypeAlias = Edge | Line | Rectangle
 """What tells where an edge is: one that was measured, or a drawn line or rectangle."""
@@ -81,8 +82,8 @@ class DeblurOptions:
         Raises
         ------
         CrfDeblurError
-            A blur wider than the photo, more parts than it has rows or columns, or responses
-            for other channels.
+            A blur wider than the photo, more parts than it has rows or columns, the PSFs of
+            the parts of another picture, or responses for other channels.
         """
         if self.blur_extent is not None and self.blur_extent > max(sides):
             raise CrfDeblurError(
@@ -96,6 +97,8 @@ class DeblurOptions:
                 f"{self.regions} parts are more than the photo of {sides[1]} x {sides[0]} pixels "
                 "has; ask for fewer"
             )
+        if self.psf is not None and self.psf.field is not None:
+            check_fit(self.psf.field, sides, "the photo")
         if self.response.channels not in (None, channels):
             raise CrfDeblurError(
                 f"{self.response.channels} responses do not fit the {channels} channels of the "

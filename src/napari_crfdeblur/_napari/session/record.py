@@ -52,7 +52,8 @@ def session_record(session: Workspace) -> dict[str, Any]:
     """What was done on the photo of a session, and what came out, JSON-safe."""
     photo, source = session.source()
     state = session.state
-    record = state.record or record_of(source, way_of(state), how_far(state))
+    method = None if state.sharp is None else state.sharp.record.options.method
+    record = state.record or record_of(source, way_of(state, method=method), how_far(state))
     return provenance(photo, "session", state, record)
 
 

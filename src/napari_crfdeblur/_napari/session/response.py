@@ -10,7 +10,7 @@ from napari.layers import Image as ImageLayer
 
 from ..._typing import Image
 from ...edges import Edge
-from ...errors import CrfDeblurError
+from ...errors import CrfDeblurError, about
 from ...estimate import (
     MaximumLikelihood,
     PerChannel,
@@ -189,7 +189,7 @@ def _fitting(
             have = Intermediates(other.load(), index=index, edges=other.edges)
             have = yield from walking(have, options, until=Stage.PROFILES)
         except CrfDeblurError as error:
-            raise CrfDeblurError(f"{other.name}: {error}") from error
+            raise about(other.name, error) from error
         groups += have.groups or ()
     response = yield from estimating_responses(groups, method)
     names = tuple(other.name for other in others)

@@ -34,7 +34,7 @@ NO_PSF = "there is no PSF yet: estimate it, load one, or make one"
 class Workspace:
     """The part of a session that its steps work with: photos, what is known of them, messages.
 
-    Its signals are described with :class:`~.session.Session`.
+    Its signals are described with :class:`~.facade.Session`.
 
     Parameters
     ----------
