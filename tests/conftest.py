@@ -3,6 +3,7 @@
 import os
 import shutil
 import sys
+from importlib.util import find_spec
 
 import pytest
 
@@ -28,3 +29,8 @@ def pytest_configure(config: pytest.Config) -> None:
             "the tests open windows, but there is neither a display nor Xvfb with pytest-xvfb: "
             "install them with .ci/display and the package's extra 'test'"
         )
+
+
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    if item.get_closest_marker("torch") and find_spec("torch") is None:
+        pytest.skip("torch is missing: run make test-torch")

@@ -28,7 +28,8 @@ OURS = "napari_crfdeblur"
 # Where outputs appear and what is beside them is taken away: half of the moments are there.
 WRITING = tuple(f"{OURS}/io/{each}.py" for each in ("places", "outputs"))
 APPEARING = ("appear", "_appear", "_set_aside", "drop", "__exit__")
-FIRST = 20  # steps until Ctrl-C is heard, so that the second one does no harm
+BEGUN = 4  # steps until the command has begun
+HEARD = 20  # steps until it hears Ctrl-C, so that the second one does no harm
 MOST = 300  # times that Ctrl-C is pressed once more
 
 
@@ -83,8 +84,9 @@ def run(line, folder, steps=None):
             os.dup2(error.fileno(), 2)
             from napari_crfdeblur.cli import main
 
+            sys.argv = ["crfdeblur", *line]
             sys.settrace(steps)
-            code = main(line)
+            code = main()
             sys.settrace(None)
             sys.setprofile(None)
             if steps:
@@ -124,7 +126,7 @@ def main():
     code, error, (total, writing) = run(line, folder, Steps(0, None))
     after = everything(folder)
     draw, half = random.Random(asked["seed"]), asked["moments"] // 2
-    first = FIRST if asked["way"] == "again" else 1
+    first = HEARD if asked["way"] == "again" else BEGUN
     numbers = draw.sample(range(first, total + 1), half)
     numbers += draw.sample([number for number in writing if number >= first], half)
     ends = []

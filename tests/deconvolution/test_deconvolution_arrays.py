@@ -37,8 +37,6 @@ every_shape = pytest.mark.parametrize(
 
 @pytest.fixture
 def library(request):
-    if request.param == "torch":
-        return pytest.importorskip("torch", reason="torch is missing: run make test-torch")
     return import_module(request.param)
 
 

@@ -1,6 +1,7 @@
 """Tiles: they cover the picture once, and their results fit together to that of the whole."""
 
 from dataclasses import dataclass, field
+from importlib import import_module
 
 import numpy as np
 import pytest
@@ -176,7 +177,7 @@ def test_flat_volumes_keep_their_slices_together():
 
 @pytest.mark.torch
 def test_torch_tensors_stay_tensors():
-    torch = pytest.importorskip("torch", reason="torch is missing: run make test-torch")
+    torch = import_module("torch")
     _, blurred = recorded((150, 190))
     method = Tiled(RichardsonLucy(3), side=80)
     found = deconvolve(torch.asarray(blurred), hook(), method)

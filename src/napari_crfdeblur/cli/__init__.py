@@ -18,15 +18,17 @@ def main(argv: Sequence[str] | None = None) -> int:
     argv : sequence of str, optional
         By default those of the program, which then ends: Ctrl-C has nothing to stop any more.
     """
+    code = None
     try:
         with Stopping(last=argv is None) as stopping:
             try:
                 with stopping.allowed():
-                    return _run(argv)
+                    code = _run(argv)
             except KeyboardInterrupt:
-                return _stopped()
+                code = _stopped()
     except KeyboardInterrupt:  # in the moment before Ctrl-C is heard, or that after it
-        return _stopped()
+        pass
+    return _stopped() if code is None else code
 
 
 def _stopped() -> int:
