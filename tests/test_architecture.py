@@ -4,7 +4,8 @@ import ast
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -100,6 +101,40 @@ def violations(path: Path) -> Iterator[str]:
             yield f"{where}: {stage} imports {other}, a later stage; move what they share up"
 
 
+def imported_modules(sources: dict[str, tuple[str, str]]) -> dict[str, set[str]]:
+    """Which modules each module imports: of names, with their package and source."""
+    found = {}
+    for module, (package, source) in sources.items():
+        names = [name for _, name in imports_of(source, package)]
+        found[module] = {first_known(name, sources) for name in names} - {module, ""}
+    return found
+
+
+def first_known(name: str, modules: Container[str]) -> str:
+    """The module that a full name is in, or nothing."""
+    while name and name not in modules:
+        name = name.rpartition(".")[0]
+    return name
+
+
+def test_no_modules_import_each_other_in_a_circle() -> None:
+    sources = {}
+    for path in MODULES:
+        name = ".".join([dotted(path), path.stem]).removesuffix(".__init__")
+        sources[name] = (dotted(path), path.read_text(encoding="utf-8"))
+    list(TopologicalSorter(imported_modules(sources)).static_order())
+
+
+def test_a_circle_is_found() -> None:
+    sources = {
+        "p.one": ("p", "from .two import A"),
+        "p.two": ("p", "def f():\n    from . import three"),
+        "p.three": ("p", "import p.one, numpy"),
+    }
+    with pytest.raises(CycleError):
+        list(TopologicalSorter(imported_modules(sources)).static_order())
+
+
 def test_every_module_is_a_stage_on_the_list() -> None:
     unknown = {stage_of(path) for path in MODULES} - set(STAGES)
     assert not unknown, (
@@ -169,8 +204,6 @@ VERBS = {
     "shrink_gradient",  # and its compiled loop
     "simulate",
 }
-# Names outside the stages of the core that mean two things, or the one that means another than
-# in the core: still to be told apart.
 
 
 def names_of(source: str) -> set[str]:

@@ -20,8 +20,7 @@ from napari_crfdeblur.deconvolution import (
 )
 from napari_crfdeblur.deconvolution.tiles import Grid
 from napari_crfdeblur.large.windows import pieces
-from napari_crfdeblur.psf import Poses, PsfField, PsfStatus, misfit
-from napari_crfdeblur.psf.field import regions
+from napari_crfdeblur.psf import Poses, PsfField, PsfStatus, misfit, parts
 from napari_crfdeblur.psf.field.base import part_centers
 
 
@@ -225,7 +224,7 @@ def covered(shape: tuple[int, ...], boxes: Sequence[tuple[slice, ...]]):
 
 @pytest.mark.parametrize(("shape", "grid"), [((90, 141), (2, 3)), ((200, 61), (5, 1))])
 def test_windows_in_which_psfs_are_looked_for_cover_the_picture_and_their_parts(shape, grid):
-    windows = regions._windows(shape, grid, 5)
+    windows = parts._windows(shape, grid, 5)
     assert covered(shape, windows).min() >= 1
     for window, center in zip(windows, part_centers(shape, grid).reshape(-1, 2), strict=True):
         assert all(s.start <= place < s.stop for s, place in zip(window, center, strict=True))

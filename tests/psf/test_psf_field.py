@@ -16,7 +16,7 @@ from napari_crfdeblur.psf import (
 )
 from napari_crfdeblur.psf.field.base import offset_from_middle, part_centers
 from napari_crfdeblur.psf.field.poses import fit_poses, turns_within
-from napari_crfdeblur.psf.field.regions import grid_of
+from napari_crfdeblur.psf.parts import grid_of
 from napari_crfdeblur.quality import kernel_similarity
 from napari_crfdeblur.response import Identity
 from napari_crfdeblur.simulate import Camera, camera_turn, simulate, street

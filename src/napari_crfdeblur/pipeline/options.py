@@ -10,7 +10,7 @@ from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
 from ..psf import PsfEstimator
-from ..psf.field.regions import PartGrid, part_counts
+from ..psf.parts import PartGrid, part_counts
 from .blur import check_fit
 
 Drawn: TypeAlias = Edge | Line | Rectangle

@@ -1,8 +1,9 @@
 """What was done with a photo: enough to do it again, and to say whether the same comes out."""
 
 import hashlib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from numbers import Integral
 from types import NoneType
@@ -141,7 +142,13 @@ class Record:
 
 def versions() -> dict[str, str]:
     """Of this package and of those on which the numbers depend."""
-    return {PACKAGE: __version__} | {name: version(name) for name in LIBRARIES}
+    return {PACKAGE: __version__, **_of_libraries()}
+
+
+@cache
+def _of_libraries() -> Mapping[str, str]:
+    """Read once: it takes longer than many a step whose record it is in."""
+    return {name: version(name) for name in LIBRARIES}
 
 
 def identifying(stack: PhotoStack) -> Job[Pixels]:

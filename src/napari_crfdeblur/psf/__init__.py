@@ -4,7 +4,6 @@ from .base import (
     Evidence,
     PsfEstimate,
     PsfEstimator,
-    PsfStatus,
     as_psf,
     centered,
     cleared,
@@ -12,11 +11,13 @@ from .base import (
     estimating_psf,
 )
 from .blind import Fergus, Shan, Variational, XuJia
-from .field import Poses, PsfField, estimate_psf_field, estimating_psf_field
+from .field import Poses, PsfField
 from .given import GivenPsf
+from .parts import estimate_psf_field, estimating_psf_field
 from .projection import project
 from .radon import RadonFit
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
+from .status import PsfStatus
 
 __all__ = [
     "Evidence",

@@ -3,8 +3,7 @@
 import dataclasses
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from enum import Enum
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,29 +14,10 @@ from ..errors import CrfDeblurError
 from ..profiles.base import ProfileGroup
 from ..progress import Job, Progress, drain
 from ..response import Response, ResponseCurve
-
-if TYPE_CHECKING:
-    from .field import PsfField
+from .field import PsfField
+from .status import PsfStatus
 
 SCALED = 1e-14  # distance of the sum from 1 that rounding leaves
-
-
-class PsfStatus(Enum):
-    """How far a PSF can be trusted; the value is the sentence that the user reads."""
-
-    GOOD = "the PSF is clearly determined"
-    GIVEN = "the PSF was given"
-    EDITED = "the PSF was estimated, and edited by hand"
-    BORROWED = "the PSF of this part follows from those of the others"
-    DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
-    INCOMPLETE = (
-        "the edges leave the PSF open: add edges of other orientations, or find it from the picture"
-    )
-
-    @property
-    def doubted(self) -> bool:
-        """Whether the user should look at the PSF before it is used."""
-        return self in (PsfStatus.DOUBTFUL, PsfStatus.INCOMPLETE)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,7 +127,7 @@ class PsfEstimator(ABC):
     """Whether it looks at the profiles across straight edges."""
 
     @property
-    def field(self) -> "PsfField | None":
+    def field(self) -> PsfField | None:
         """The PSFs of all parts of the photo, if they are known."""
         return None
 

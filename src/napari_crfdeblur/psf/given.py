@@ -10,8 +10,9 @@ from .. import arguments
 from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, Progress
-from .base import Evidence, PsfEstimate, PsfEstimator, PsfStatus, as_psf
+from .base import Evidence, PsfEstimate, PsfEstimator, as_psf
 from .field import PsfField
+from .status import PsfStatus
 
 
 @dataclass(frozen=True, slots=True, eq=False)

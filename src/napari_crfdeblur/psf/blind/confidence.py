@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..._typing import FloatArray
-from ..base import PsfStatus
 from ..misfit import misfit
+from ..status import PsfStatus
 from .blurred import Blurred
 from .edge_prediction import EdgePredictor
 from .gradient_noise import noise_of_gradients

@@ -10,7 +10,7 @@ import numpy as np
 from ... import arguments
 from ..._typing import FloatArray
 from ...fourier import Shape
-from ..base import PsfStatus
+from ..status import PsfStatus
 from .poses import Poses
 
 TURNING = 12**0.5  # standard deviations from the first turn to the last, if all are as likely

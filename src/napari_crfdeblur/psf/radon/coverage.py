@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..._typing import FloatArray
-from ..base import PsfStatus
+from ..status import PsfStatus
 from .spread_fit import Placed, SpreadFunction
 
 # What good estimates reach. Chosen on 50 photos of known truth, with the true response: those

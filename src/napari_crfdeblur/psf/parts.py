@@ -6,16 +6,18 @@ from math import ceil, inf
 import numpy as np
 from scipy import ndimage
 
-from ... import arguments
-from ..._typing import BoolArray, FloatArray
-from ...errors import CrfDeblurError
-from ...fourier import Shape
-from ...progress import Job, Progress, drain, nth
-from ..base import Evidence, PsfEstimate, PsfEstimator, PsfStatus, as_planar_psf
-from ..blind.estimation import BlindEstimator
-from ..blind.size import extent_of, odd_size
-from .base import PsfField, offset_from_middle, part_centers
-from .poses import Poses, fit_poses, turns_within
+from .. import arguments
+from .._typing import BoolArray, FloatArray
+from ..errors import CrfDeblurError
+from ..fourier import Shape
+from ..progress import Job, Progress, drain, nth
+from .base import Evidence, PsfEstimate, PsfEstimator, as_planar_psf
+from .blind.estimation import BlindEstimator
+from .blind.size import extent_of, odd_size
+from .field import PsfField
+from .field.base import offset_from_middle, part_centers
+from .field.poses import Poses, fit_poses, turns_within
+from .status import PsfStatus
 
 PartGrid = tuple[int, int]
 
