@@ -49,6 +49,12 @@ class LightNoise:
             arguments.number(value, f"a finite {name}", least=0, most=LARGEST)
         arguments.number(self.offset, "a finite offset", least=-LARGEST, most=LARGEST)
 
+    def scaled(self, share: float) -> "LightNoise":
+        """The same with all variances times `share`."""
+        return LightNoise(
+            *(share * each for each in (self.gain, self.offset, self.least, self.mean))
+        )
+
     @property
     def level(self) -> float:
         """Standard deviation, root mean square over the picture."""
@@ -110,13 +116,21 @@ def _light_and_detail(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
         arrays.to_numpy(plane[..., first:last, :][..., ::every, :])
         for first, last in ((0, -2), (1, -1), (2, None))
     )
-    bent, mean = above - 2 * row + below, above + row + below
-    detail = np.abs(bent[..., :-2] - 2 * bent[..., 1:-1] + bent[..., 2:])
-    light = (mean[..., :-2] + mean[..., 1:-1] + mean[..., 2:]) / 9
+    bent, light = bent_and_mean(above, row, below)
+    detail = np.abs(bent)
     some = detail > 0
     detail, light = detail[some], light[some]
     stride = 1 + detail.size // SAMPLES
     return np.asarray(light[::stride], dtype=float), np.asarray(detail[::stride], dtype=float)
+
+
+def bent_and_mean(
+    above: FloatArray, row: FloatArray, below: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """``L * y`` and the mean of 3 x 3 pixels, of rows with those above and below them."""
+    bent, mean = above - 2 * row + below, above + row + below
+    bent = bent[..., :-2] - 2 * bent[..., 1:-1] + bent[..., 2:]
+    return bent, (mean[..., :-2] + mean[..., 1:-1] + mean[..., 2:]) / 9
 
 
 def _variance(detail: FloatArray) -> float:

@@ -11,6 +11,7 @@ from .._typing import BoolArray, FloatArray
 from ..psf.base import as_psf
 from ..psf.misfit import misfit
 from .light_noise import LightNoise, check_plane, fit_noise
+from .quiet import quiet_share
 
 SAMPLES = 1 << 20  # enough for .2 % of the noise level
 LEAST_NOISE = 5e-3  # of the contrast: with less, all methods ring even where all is known
@@ -120,7 +121,8 @@ def measure(
     """Measure the noise and the contrast of a plane, and what its PSF leaves unexplained.
 
     The noise level is that of :func:`~.light_noise.fit_noise`: where it grows with the light, the
-    median of all pixels would be that of the dark ones.
+    median of all pixels would be that of the dark ones. Where texture survived the blur, it is that
+    of the quietest places (:func:`~.quiet.quiet_share`).
 
     Parameters
     ----------
@@ -138,6 +140,7 @@ def measure(
     if clipped is not None and clipped.shape != plane.shape:
         raise arguments.refusal(f"clipped pixels of shape {tuple(plane.shape)}", clipped)
     model = fit_noise(plane)
+    model = model.scaled(quiet_share(plane, model))
     lost = None if clipped is None else [clipped]
     unexplained = None if psf is None else misfit([plane], psf, lost)
     return PlaneStatistics(model.level, contrast(plane), model, unexplained)

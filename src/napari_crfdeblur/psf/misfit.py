@@ -18,12 +18,19 @@ FEWEST = 64  # pixels of the shorter side that tell anything
 WINDOWS = 12  # at most, spread over the picture
 RAMP = 24  # pixels in which a window falls to zero around clipped pixels
 LEAST_AREA = 0.1  # of the windows that must be left
+# A frequency is blocked if the PSF passes less of its power, and these must be so many of all:
+# else the power that the picture lacks there may be its own.
+BLOCKED, LEAST_BLOCKED = 0.005, 0.05
 
 T = TypeVar("T")
 
 
 def misfit(
-    parts: Sequence[FloatArray], psf: FloatArray, clipped: Sequence[BoolArray] | None = None
+    parts: Sequence[FloatArray],
+    psf: FloatArray,
+    clipped: Sequence[BoolArray] | None = None,
+    *,
+    least_blocked: float = LEAST_BLOCKED,
 ) -> float | None:
     """Noise level that a blurred plane seems to have beyond what its PSF can explain.
 
@@ -49,23 +56,27 @@ def misfit(
     clipped : sequence of ndarray of bool, optional
         For each part, True where the camera saturated, which is no convolution any more: what
         is near is left out, unless hardly anything remained.
+    least_blocked : float
+        Share of the frequencies that the PSF must block.
 
     Returns
     -------
     float, optional
         ``sqrt(n + e)``, the standard deviation of white noise that is as strong at 1/4 cycle per
-        pixel; None for volumes and where the picture is too small to tell.
+        pixel; None for volumes, where the picture is too small to tell, and where the PSF blocks
+        hardly anything, as those narrower than a pixel: then all of this may be the picture's own.
     """
     shape = tuple(_even(min(side, max(SIDE, PSFS * max(psf.shape)))) for side in parts[0].shape)
     if len(shape) != 2 or min(shape) < max(FEWEST, 2 * max(psf.shape)):
         return None
     found = _Spectra.seen(parts, clipped, shape)
     if found.share < LEAST_AREA and clipped is not None:
-        return misfit(parts, psf)
+        return misfit(parts, psf, least_blocked=least_blocked)
     if not found.blurred.any():
         return 0.0
     lags = fft.irfft2(_powers(psf, shape), shape) * fft.irfft2(found.tapers, shape)
-    return SpectralFit.of(found.blurred, fft.rfft2(lags).real).unexplained()
+    fit = SpectralFit.of(found.blurred, fft.rfft2(lags).real)
+    return fit.unexplained() if fit.blocked(BLOCKED) >= least_blocked else None
 
 
 def _even(length: int) -> int:

@@ -61,6 +61,10 @@ class SpectralFit:
         own = np.unique(cell[order][starts], return_inverse=True)[1]
         return cls(powers, passed, falling, own)
 
+    def blocked(self, most: float) -> float:
+        """Share of the frequencies of which at most so much passes."""
+        return float((self.passed <= most).mean())
+
     def unexplained(self) -> float:
         """``sqrt(n + e)`` of the most likely `n`, `e` and `a`."""
         floor = float(np.median(self.powers)) or float(self.powers.mean())

@@ -86,7 +86,7 @@ def judge_agreement(figures: dict[str, float]) -> PsfStatus:
 
 def _unexplained(blurred: Blurred, psf: FloatArray) -> float:
     lost = None if blurred.usable is None else [blurred.usable == 0]
-    found = misfit([blurred.plane], psf, lost) or 0.0
+    found = misfit([blurred.plane], psf, lost, least_blocked=0.0) or 0.0
     noise = noise_of_gradients(blurred) / np.sqrt(2)
     return float(np.sqrt(max(found**2 - noise**2, 0.0)) / (4 * blurred.plane.std()))
 
