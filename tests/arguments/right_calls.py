@@ -261,6 +261,7 @@ CALLS: dict[Any, dict[str, Any]] = {
         "steps": 2,
     },
     deconvolution.TotalVariation: {"weight": 0.01, "model_error": 0.01, "iterations": 2},
+    deconvolution.Guarded: {"method": Wiener(), "tolerated": 0.1},
     deconvolution.Tiled: {"method": Wiener(), "side": 30, "overlap": 3},
     simulate.simulate: {
         "scene": Scene(PLANE),

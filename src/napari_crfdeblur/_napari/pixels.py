@@ -41,7 +41,7 @@ def source_of(layer: ImageLayer, white: float | None = None) -> PhotoStack:
             f"“{layer.name}” has shape {tuple(data.shape)}: choose a picture with rows and columns"
         )
     if white is not None and not (np.isfinite(white) and white > 0):
-        raise ValueError(f"expected a positive white level, got {white}")
+        raise refusal("a positive white level", white)
     if white is None and data.dtype not in KINDS:
         raise CrfDeblurError(
             f"“{layer.name}” holds numbers of kind {data.dtype}: set the white level, the value "

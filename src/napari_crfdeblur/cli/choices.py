@@ -56,7 +56,8 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
         word = "auto" if arguments.command == "batch" and psf in SHARED else str(psf)
         options = replace(options, psf=psf_estimator(word, arguments.psf_size))
     if arguments.command in ("deblur", "batch"):
-        options = replace(options, method=named(DECONVOLUTIONS, arguments.method).make())
+        method = named(DECONVOLUTIONS, arguments.method).make()
+        options = replace(options, method=method, guard=arguments.guard)
     return options
 
 

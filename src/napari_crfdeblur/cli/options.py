@@ -59,12 +59,18 @@ def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
 
 
 def method(command: ArgumentParser) -> None:
-    """``--method`` of deconvolution."""
+    """``--method`` of deconvolution, and ``--no-guard``."""
     command.add_argument(
         "--method",
         choices=METHODS,
         default=METHODS[0],
         help=f"deconvolution (default: {METHODS[0]})",
+    )
+    command.add_argument(
+        "--no-guard",
+        dest="guard",
+        action="store_false",
+        help="hand out the result as it is, even where it is impossible",
     )
 
 

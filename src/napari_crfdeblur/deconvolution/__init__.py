@@ -7,6 +7,7 @@ from .base import (
     deconvolving,
     deconvolving_slices,
 )
+from .guard import Guarded
 from .hyper_laplacian import HyperLaplacian
 from .irls import SparseIrls
 from .light_noise import LightNoise, fit_noise
@@ -20,6 +21,7 @@ from .wiener import Wiener
 
 __all__ = [
     "Deconvolver",
+    "Guarded",
     "HyperLaplacian",
     "LightNoise",
     "LocalShrinkage",

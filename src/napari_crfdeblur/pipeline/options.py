@@ -5,7 +5,7 @@ from types import NoneType
 from typing import TypeAlias
 
 from .. import arguments
-from ..deconvolution import Deconvolver
+from ..deconvolution import Deconvolver, Guarded
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
@@ -37,6 +37,9 @@ class DeblurOptions:
         straight edges alone.
     method : Deconvolver, optional
         How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`.
+    guard : bool
+        Whether the result gives way to the photo where it is impossible
+        (:class:`~.deconvolution.Guarded`).
     regions : int or (int, int), optional
         Rows and columns of parts of the photo, or parts along its longer side, each of which
         gets a PSF of its own; by default one PSF serves the whole photo.
@@ -53,11 +56,13 @@ class DeblurOptions:
     psf: PsfEstimator | None = None
     method: Deconvolver | None = None
     regions: int | PartGrid | None = None
+    guard: bool = True
 
     def __post_init__(self) -> None:
         arguments.instance(self.response, ResponseFit, "a method to find the response")
         arguments.instance(self.psf, (PsfEstimator, NoneType), "a method to find the PSF")
         arguments.instance(self.method, (Deconvolver, NoneType), "a method of deconvolution")
+        arguments.instance(self.guard, bool, "whether the result is guarded")
         if self.edges is not None:
             edges = arguments.instances(
                 self.edges, (Edge, Line, Rectangle), "edges, lines and rectangles"
@@ -68,6 +73,10 @@ class DeblurOptions:
             object.__setattr__(self, "blur_extent", float(extent))
         if self.regions is not None:
             object.__setattr__(self, "regions", part_counts(self.regions))
+
+    def guarding(self, method: Deconvolver) -> Deconvolver:
+        """The method, guarded if that is wished and it is not guarded already."""
+        return Guarded(method) if self.guard and not isinstance(method, Guarded) else method
 
     def check_for(self, sides: PartGrid, channels: int) -> None:
         """Refuse what does not fit a photo, before any work.

@@ -133,6 +133,7 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
     if method is None:
         method = DEFAULT_METHOD
         have = have.choosing(method=method)
+    method = options.guarding(method)
     sharp: FloatArray
     if have.field is not None:
         sharp = yield from deconvolving_varying(linear, have.field, method, clipped=have.clipped)

@@ -51,11 +51,11 @@ class Camera:
         if not (isinstance(self.photons, float) and self.photons == inf):
             arguments.number(self.photons, "photons", least=1 / NOISIEST, most=MOST_PHOTONS)
         if self.bits is not None and arguments.whole(self.bits, "8 or 16 bits") not in (8, 16):
-            raise ValueError(f"expected 8 or 16 bits or None, got {self.bits}")
+            raise arguments.refusal("8 or 16 bits or None", self.bits)
         if self.jpeg is not None:
             arguments.whole(self.jpeg, "a JPEG quality", least=1, most=100)
             if self.bits != 8:
-                raise ValueError(f"expected 8 bits for JPEG compression, got {self.bits}")
+                raise arguments.refusal("8 bits for JPEG compression", self.bits)
 
     @property
     def dtype(self) -> np.dtype[np.generic]:

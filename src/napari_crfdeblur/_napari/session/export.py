@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from ... import arguments
 from ...errors import CrfDeblurError
 from ...io import check_output, write_edges, write_responses, write_text
 from ...io.files import replacing
@@ -69,7 +70,7 @@ class ExportVerbs(Workspace):
 def exporting(session: Workspace, what: str, path: Path | str) -> Step[Path, Path]:
     """Step of :meth:`ExportVerbs.export`."""
     if what not in EXPORTS:
-        raise ValueError(f"expected one of {', '.join(EXPORTS)}, got {what}")
+        raise arguments.refusal(f"one of {', '.join(EXPORTS)}", what)
     prepare, suffixes = EXPORTS[what]
     check_output(Path(path), suffixes)
     write = prepare(session)

@@ -102,7 +102,7 @@ def restoring_into(
         session.say(f"wrote {target}")
         return layer
 
-    job = _into(source, fitted.curve, blur, used, target)
+    job = _into(source, fitted.curve, blur, way.options.guarding(used), target)
     return Step("restoring into a file", job, finish)
 
 

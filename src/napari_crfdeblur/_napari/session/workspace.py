@@ -10,6 +10,7 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 from psygnal import Signal
 
+from ... import arguments
 from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...estimate import ResponseStatus
@@ -122,7 +123,7 @@ class Workspace:
     def selected(self, number: int | None) -> None:
         edges = self.state.edges
         if number is not None and not (edges and 0 <= number < len(edges.edges)):
-            raise ValueError(f"expected the number of an edge, got {number}")
+            raise arguments.refusal("the number of an edge", number)
         if number != self._selected:
             self._selected = number
             self.selection_changed.emit(number)
