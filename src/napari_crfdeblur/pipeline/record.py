@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.metadata import version
 from numbers import Integral
 from types import NoneType
@@ -141,7 +142,13 @@ class Record:
 
 def versions() -> dict[str, str]:
     """Of this package and of those on which the numbers depend."""
-    return {PACKAGE: __version__} | {name: version(name) for name in LIBRARIES}
+    return {PACKAGE: __version__} | {name: _version(name) for name in LIBRARIES}
+
+
+@cache
+def _version(name: str) -> str:
+    """Of a library, which stays as it is while the program runs."""
+    return version(name)
 
 
 def identifying(stack: PhotoStack) -> Job[Pixels]:
