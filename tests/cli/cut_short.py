@@ -1,7 +1,8 @@
 """Runs the command again and again, each time cut short at another moment; a program of its own.
 
-It takes JSON on standard input, and prints JSON. What is loaded once is there for all runs, since
-each is a fork of this process; the moments are counted in steps of the program, not in time.
+It takes lines of JSON on standard input, and answers each with one. What is loaded, also that
+which the arguments name, is there for all runs, since each is a fork of this process; the moments
+are counted in steps of the program, not in time.
 """
 
 import importlib
@@ -23,7 +24,8 @@ OTHERS += [
     "PIL.Image",
     "PIL.ImageOps",
 ]
-OTHERS += ["PIL.PngImagePlugin", "tifffile", "imagecodecs", "tempfile", "secrets", "argparse"]
+OTHERS += ["PIL.PngImagePlugin", "PIL.JpegImagePlugin", "tifffile", "imagecodecs", "tempfile"]
+OTHERS += ["secrets", "argparse"]
 OURS = "napari_crfdeblur"
 # Where outputs appear and what is beside them is taken away: half of the moments are there.
 WRITING = tuple(f"{OURS}/io/{each}.py" for each in ("places", "outputs"))
@@ -112,9 +114,14 @@ def everything(folder):
 
 
 def main():
-    asked = json.load(sys.stdin)
-    for name in OTHERS + asked["loaded"]:
+    for name in OTHERS + sys.argv[1:]:
         importlib.import_module(name)
+    for asked in sys.stdin:
+        print(json.dumps(cut_short(json.loads(asked))), flush=True)
+
+
+def cut_short(asked):
+    """The whole run, and how those end that are cut short."""
     start, line = Path(asked["folder"]), asked["line"]
     folder = start.with_name("run")
 
@@ -138,9 +145,7 @@ def main():
             ended, said, _ = run(line, folder)
             ends[-1] |= {"second": [ended, said], "finally": everything(folder)}
     whole = {"code": code, "said": error, "steps": total}
-    json.dump(
-        {"whole": whole, "before": everything(start), "after": after, "ends": ends}, sys.stdout
-    )
+    return {"whole": whole, "before": everything(start), "after": after, "ends": ends}
 
 
 if __name__ == "__main__":

@@ -162,7 +162,7 @@ def full(*_arguments, **_options):
 LAST = [
     ("deblur", "write_report", ["--save-edges", "found.json", "--report", "r.html"]),
     ("deblur", "write_edges", ["--save-edges", "found.json"]),
-    ("psf", "write_report", ["--report", "r.html"]),
+    ("psf", "write_report", ["--report", "r.html", "--psf-size", "5"]),
     ("estimate", "write_report", ["--save-edges", "found.json", "--report", "r.html"]),
     (
         "estimate",

@@ -18,10 +18,12 @@ pytestmark = pytest.mark.skipif(not hasattr(os, "fork"), reason="needs processes
 
 STOPPED = "crfdeblur: stopped; no file was left half written, so start again when you like\n"
 STAGES = ["napari_crfdeblur.cli.commands"]
+WITH_ZARR = [*STAGES, "zarr", "dask.array", "distributed"]
 DEBLUR = ["deblur", "photo.png", "-o", "out.png", "--edges", "edges.json", *KNOWN]
 DEBLUR += ["--save-edges", "found.csv"]
 TILES = ["deblur", "photo.png", "-o", "out.zarr", *KNOWN]
 SIMULATE = ["simulate", "-o", "new.png", "--size", "64x64", "--scene", "step", "--psf", "psf.png"]
+SIMULATE += ["--response", "srgb"]
 BATCH = ["batch", "a.png", "b.png", "c.png", "-o", "out", *KNOWN]
 
 
@@ -38,22 +40,42 @@ def start(tmp_path, inputs):
     return folder
 
 
-def cut_short(start, line, way, moments, *, loaded=(), seed=0, again=False):
+@pytest.fixture(scope="module")
+def program():
+    """The program that cuts runs short; one for all that want the same loaded."""
+    programs = {}
+
+    def started(loaded):
+        if loaded not in programs:
+            programs[loaded] = subprocess.Popen(
+                [sys.executable, Path(__file__).with_name("cut_short.py"), *loaded],
+                env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+        return programs[loaded]
+
+    yield started
+    for each in programs.values():
+        each.communicate()
+        assert each.returncode == 0
+
+
+@pytest.fixture
+def cut_short(start, program):
     """How runs end that are cut short at so many moments, and the whole one."""
-    asked = {"folder": str(start), "line": line, "way": way, "moments": moments, "seed": seed}
-    done = subprocess.run(
-        [sys.executable, Path(__file__).with_name("cut_short.py")],
-        input=json.dumps(asked | {"loaded": list(loaded), "again": again}),
-        env=os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    found = json.loads(done.stdout)
-    assert found["whole"]["code"] == 0, found["whole"]
-    assert found["whole"]["said"] == ""
-    return found
+
+    def asked(line, way, moments, *, loaded=STAGES, seed=0, again=False):
+        one = program(tuple(loaded))
+        question = {"folder": str(start), "line": line, "way": way, "moments": moments}
+        print(json.dumps(question | {"seed": seed, "again": again}), file=one.stdin, flush=True)
+        found = json.loads(one.stdout.readline())
+        assert found["whole"]["code"] == 0, found["whole"]
+        assert found["whole"]["said"] == ""
+        return found
+
+    return asked
 
 
 @pytest.mark.parametrize(
@@ -63,15 +85,15 @@ def cut_short(start, line, way, moments, *, loaded=(), seed=0, again=False):
         (DEBLUR, "again", 8, STAGES),
         (DEBLUR, "once", 2, []),  # also while our own stages are loaded
         (SIMULATE, "again", 4, STAGES),
-        (TILES, "once", 4, [*STAGES, "zarr", "dask.array"]),
+        (TILES, "once", 4, WITH_ZARR),
         (BATCH, "again", 6, STAGES),
     ],
     ids=["deblur", "deblur, again", "loading", "simulate, again", "zarr", "batch, again"],
 )
 def test_ctrl_c_at_any_moment_ends_in_a_sentence_and_leaves_nothing(
-    start, line, way, moments, loaded
+    cut_short, line, way, moments, loaded
 ):
-    found = cut_short(start, line, way, moments, loaded=loaded)
+    found = cut_short(line, way, moments, loaded=loaded)
     complete = 0
     for end in found["ends"]:
         assert end["code"] in (0, 2), end["said"]
@@ -93,11 +115,11 @@ def assert_part_of_a_batch(files, found):
 
 @pytest.mark.parametrize(
     ("line", "moments", "loaded"),
-    [(DEBLUR, 50, STAGES), (SIMULATE, 4, STAGES), (TILES, 4, [*STAGES, "zarr", "dask.array"])],
+    [(DEBLUR, 50, STAGES), (SIMULATE, 4, STAGES), (TILES, 4, WITH_ZARR)],
     ids=["deblur", "simulate", "zarr"],
 )
-def test_a_killed_run_leaves_each_output_old_or_new(start, line, moments, loaded):
-    found = cut_short(start, line, "kill", moments, loaded=loaded)
+def test_a_killed_run_leaves_each_output_old_or_new(cut_short, line, moments, loaded):
+    found = cut_short(line, "kill", moments, loaded=loaded)
     for end in found["ends"]:
         assert end["code"] == -9
         named = {n: c for n, c in end["files"].items() if not n.startswith(PREFIX)}
@@ -106,8 +128,8 @@ def test_a_killed_run_leaves_each_output_old_or_new(start, line, moments, loaded
         assert found["before"].keys() <= named.keys()
 
 
-def test_a_killed_batch_goes_on_exactly_where_it_was(start):
-    found = cut_short(start, BATCH, "kill", 8, loaded=STAGES, seed=3, again=True)
+def test_a_killed_batch_goes_on_exactly_where_it_was(cut_short):
+    found = cut_short(BATCH, "kill", 8, seed=3, again=True)
     photos = [name for name in found["after"] if name.endswith(".png")]
     for end in found["ends"]:
         assert end["second"] == [0, ""], end["at"]

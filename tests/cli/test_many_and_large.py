@@ -1,5 +1,7 @@
 """``crfdeblur batch``, and ``crfdeblur deblur`` in tiles."""
 
+import shutil
+
 import numpy as np
 import pytest
 import tifffile
@@ -16,16 +18,23 @@ from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
 KNOWN = ["--response", "srgb", "--psf", "psf.npy", "--method", "richardson-lucy"]
 
 
-@pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch):
-    """A folder with two blurred photos and their PSF, in which the command runs."""
-    psf = camera_shake(9, 3)
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with two blurred photos and their PSF."""
+    folder, psf = tmp_path_factory.mktemp("made"), camera_shake(9, 3)
     for seed, name in enumerate(("a", "b")):
         scene = slanted_edges((158, 208), seed=seed, pitch=90, channels=3)
         photo = simulate(scene, psf, Camera(SRGB(), noise=0.002), seed=5).photo
-        write_photo(tmp_path / f"{name}.png", photo)
-    tifffile.imwrite(tmp_path / "a.tif", read_photo(tmp_path / "a.png"), photometric="rgb")
-    write_psf(tmp_path / "psf.npy", psf)
+        write_photo(folder / f"{name}.png", photo)
+    tifffile.imwrite(folder / "a.tif", read_photo(folder / "a.png"), photometric="rgb")
+    write_psf(folder / "psf.npy", psf)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch, made):
+    """A copy of that folder, in which the command runs."""
+    shutil.copytree(made, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -129,8 +138,9 @@ def test_a_stack_and_a_psf_of_three_dimensions_make_a_volume(here, capsys):
 
 
 def test_parts_have_their_psfs_in_tiles_too(here, capsys):
-    scene = slanted_edges((300, 400), seed=2, pitch=90)
-    write_photo(here / "c.tif", simulate(scene, camera_shake(9, 3), Camera(SRGB()), seed=5).photo)
+    scene, psf = slanted_edges((96, 132), seed=2, pitch=48), camera_shake(5, 3)
+    write_photo(here / "c.tif", simulate(scene, psf, Camera(SRGB()), seed=5).photo)
+    write_psf(here / "psf.npy", psf)
     given = ["--response", "srgb", "--psf", "psf.npy", "--varying", "1x2"]
     assert run("deblur", "c.tif", "-o", "whole.tif", *given) == 0
     assert run("deblur", "c.tif", "-o", "tiles.tif", "--tiled", *given) == 0

@@ -68,7 +68,7 @@ def run(*arguments):
 def told(tmp_path_factory):
     """Photos of one camera, and what two runs with them stored and said."""
     folder = tmp_path_factory.mktemp("photos")
-    photos = [blurred((90, 124), 1), blurred((216, 288), 3), blurred((100, 140), 8)]
+    photos = [blurred((90, 124), 1), blurred((146, 218), 3), blurred((100, 140), 8)]
     for name, photo in zip(("one.png", "two.png", "three.png"), photos, strict=True):
         save(folder / name, photo)
     save(folder / "copy.png", photos[0], software="Ver1.00")

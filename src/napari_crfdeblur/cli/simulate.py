@@ -9,6 +9,7 @@ from .._typing import FloatArray
 from ..errors import CrfDeblurError
 from ..estimate import GivenResponse
 from ..io import Output, images, write_photo, write_psf, write_responses
+from ..psf.base import as_planar_psf
 from ..simulate import Camera, CameraMotion, Scene, camera_turn, slanted_edges, step_image, street
 from ..simulate import simulate as expose
 from .bar import run
@@ -65,7 +66,9 @@ def _simulated_files(photo: Path) -> dict[str, Output]:
 def _simulated_blur(arguments: Namespace) -> FloatArray | CameraMotion:
     """What ``--psf`` and ``--turn`` say."""
     if not arguments.turn:
-        return simulated_psf(arguments.psf, arguments.psf_size, arguments.seed)
+        blur = simulated_psf(arguments.psf, arguments.psf_size, arguments.seed)
+        as_planar_psf(blur)  # what is none is refused before the scene is drawn
+        return blur
     if arguments.psf != "shake":
         raise CrfDeblurError("--turn is for a shake of the camera: leave out --psf")
     turn, shape = radians(arguments.turn), arguments.size
