@@ -12,7 +12,7 @@ from napari_crfdeblur._napari.session.state import EdgeSet, Fitted
 from napari_crfdeblur.estimate import MaximumLikelihood, Responses, estimate_response
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import Gamma
-from napari_crfdeblur.simulate import Camera, Simulated, simulate, street
+from napari_crfdeblur.simulate import Camera, Simulated, simulate, slanted_edges
 
 NAME = "napari-crfdeblur"
 VERBS = (
@@ -47,23 +47,24 @@ def viewer() -> ViewerModel:
 
 @pytest.fixture(scope="session")
 def blurred() -> Simulated:
-    """A small street in color, blurred by camera shake, of known response and PSF."""
-    psf = camera_shake(9, seed=3)
-    rows, columns = (side + reach - 1 for side, reach in zip((300, 420), psf.shape, strict=True))
+    """Small tilted panels in color, blurred by camera shake, of known response and PSF."""
+    psf = camera_shake(5, seed=3)
+    rows, columns = (side + reach - 1 for side, reach in zip((150, 210), psf.shape, strict=True))
     camera = Camera(Gamma(1.8), noise=0.003)
-    return simulate(street((rows, columns), seed=1), psf, camera, seed=1)
+    scene = slanted_edges((rows, columns), seed=12, pitch=70, channels=3)
+    return simulate(scene, psf, camera, seed=1)
 
 
-def on_street(blurred: Simulated) -> Session:
+def on_panels(blurred: Simulated) -> Session:
     """A session of its own on that photo."""
     viewer = ViewerModel()
-    return Session(viewer, viewer.add_image(blurred.photo, name="street"))
+    return Session(viewer, viewer.add_image(blurred.photo, name="panels"))
 
 
 @pytest.fixture(scope="session")
 def found(blurred: Simulated) -> EdgeSet:
     """The edges of that photo, found once."""
-    return on_street(blurred).detect_edges()
+    return on_panels(blurred).detect_edges()
 
 
 @pytest.fixture(scope="session")
@@ -76,7 +77,7 @@ def fitted(found: EdgeSet) -> Fitted:
 @pytest.fixture(scope="session")
 def done(blurred: Simulated) -> Session:
     """A session in which every step was done; not to be changed."""
-    session = on_street(blurred)
+    session = on_panels(blurred)
     for verb in VERBS:
         getattr(session, verb)()
     return session
@@ -85,7 +86,7 @@ def done(blurred: Simulated) -> Session:
 @pytest.fixture(scope="session")
 def deblurred(blurred: Simulated) -> Session:
     """A session in which all was done at once; not to be changed."""
-    session = on_street(blurred)
+    session = on_panels(blurred)
     session.deblur()
     return session
 
@@ -100,4 +101,4 @@ def edged(session: Session, found: EdgeSet) -> Session:
 @pytest.fixture
 def session(viewer: ViewerModel, blurred: Simulated) -> Session:
     """A session on that photo."""
-    return Session(viewer, viewer.add_image(blurred.photo, name="street"))
+    return Session(viewer, viewer.add_image(blurred.photo, name="panels"))

@@ -98,7 +98,7 @@ def test_a_cancelled_batch_keeps_what_is_done_and_goes_on_there(
     files, out = [], tmp_path / "out"
     for number in range(4):
         files.append(tmp_path / f"{number}.png")
-        write_photo(files[-1], blurred.photo[: 260 + 10 * number])
+        write_photo(files[-1], blurred.photo[: 110 + 10 * number])
     files.insert(1, tmp_path / "bad.png")
     files[1].write_text("no picture", encoding="utf-8")
     dock.run_files(files, out, block=False)
@@ -106,7 +106,7 @@ def test_a_cancelled_batch_keeps_what_is_done_and_goes_on_there(
     dock.cancel()
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=LONG)
     done = {path: path.stat().st_mtime_ns for path in out.glob("*.png")}
-    assert all(read_photo(path).shape[1] == 420 for path in done)  # whole files alone
+    assert all(read_photo(path).shape[1] == 210 for path in done)  # whole files alone
     sentences = said(dock.session)
     result = dock.run_files(files, out)
     assert [path.name for path in sorted(out.glob("*.png"))] == [
@@ -168,7 +168,7 @@ def test_a_session_is_repeated_on_another_photo(
 
 def test_it_opens_in_a_window(make_napari_viewer_proxy: Any, blurred: Simulated) -> None:
     viewer = make_napari_viewer_proxy()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     dock = BatchDock(viewer)
     viewer.window.add_dock_widget(dock)
-    assert dock.photo == viewer.layers["street"]
+    assert dock.photo == viewer.layers["panels"]

@@ -40,7 +40,7 @@ def said(dock: BlurDock) -> list[str]:
 
 def shown(dock: BlurDock) -> Image:
     """The PSF layer; what it shows is what the session and the record have."""
-    layer = dock.session.viewer.layers["street [PSF]"]
+    layer = dock.session.viewer.layers["panels [PSF]"]
     psf = dock.session.state.psf.psf
     np.testing.assert_allclose(layer.data, psf, atol=1e-7)
     np.testing.assert_array_equal(layer.metadata[KEY]["psf"], psf)
@@ -56,7 +56,7 @@ def button(dock: BlurDock, text: str) -> Callable[[], Any]:
 def test_the_button_estimates_what_the_script_estimates(
     qtbot: QtBot, dock: BlurDock, blurred: Simulated
 ) -> None:
-    dock.session.photo.data = blurred.photo[:150, :210]
+    dock.session.photo.data = blurred.photo[:100, :140]
     button(dock, "Estimate the PSF")()
     assert dock.busy
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
@@ -69,7 +69,7 @@ def test_the_dock_opens_in_a_viewer(
     qtbot: QtBot, make_napari_viewer_proxy: Any, blurred: Simulated
 ) -> None:
     viewer = make_napari_viewer_proxy()
-    viewer.add_image(blurred.photo[:150, :210], name="street")
+    viewer.add_image(blurred.photo[:100, :140], name="panels")
     dock = BlurDock(viewer)
     viewer.window.add_dock_widget(dock)
     dock.session.set_response(Gamma(1.8))
@@ -81,13 +81,13 @@ def test_the_dock_opens_in_a_viewer(
 
 def test_only_the_drawn_region_is_looked_at(dock: BlurDock) -> None:
     layer = dock.draw_region()
-    assert layer.name == "street [region]"
+    assert layer.name == "panels [region]"
     assert layer.mode == "add_rectangle"
     layer.add_rectangles([[10, 20], [30, 40]])
-    layer.add_rectangles([[10.2, 20.4], [250.4, 260.4]])
+    layer.add_rectangles([[10.2, 20.4], [110.4, 150.4]])
     assert dock._where.value == DRAWN
     dock.run()
-    pixels = np.asarray(dock.session.photo.data)[10:251, 20:261]
+    pixels = np.asarray(dock.session.photo.data)[10:111, 20:151]
     alone = Session(ViewerModel(), Image(pixels, rgb=True))
     alone.set_response(dock.session.state.fitted.curve)
     np.testing.assert_array_equal(dock.session.state.psf.psf, alone.estimate_psf().psf)
@@ -133,10 +133,10 @@ def test_a_drawn_region_is_not_asked_for_if_edges_alone_count(
     assert dock._where.enabled
 
 
-@pytest.mark.parametrize("rows", [(-30, 20), (290, 330)])
+@pytest.mark.parametrize("rows", [(-30, 20), (140, 180)])
 def test_a_region_is_cut_off_at_the_border(dock: BlurDock, rows: tuple[int, int]) -> None:
     dock.draw_region().add_rectangles([[rows[0], 7], [rows[1], 90]])
-    assert dock._region() == (slice(max(rows[0], 0), min(rows[1] + 1, 300)), slice(7, 91))
+    assert dock._region() == (slice(max(rows[0], 0), min(rows[1] + 1, 150)), slice(7, 91))
 
 
 def test_a_region_counts_in_pixels_of_a_placed_photo(qtbot: QtBot) -> None:  # noqa: ARG001
@@ -180,14 +180,14 @@ def test_the_photo_is_divided_into_regions_and_back(
     session.set_psf(disk(3))
     dock.draw_region()  # and nothing drawn: parts are those of the whole
     dock._method.chosen = "Xu & Jia"
-    dock._method.field("size").value = 9
+    dock._method.field("size").value = 7
     dock._parts.value = (2, 2)
     assert not dock._where.enabled
     button(dock, "Estimate the PSF")()
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
     field = session.state.field
     assert field.grid == (2, 2)
-    layer = session.viewer.layers["street [PSF]"]
+    layer = session.viewer.layers["panels [PSF]"]
     np.testing.assert_allclose(layer.data, field.picture(), atol=1e-7)
     assert layer.metadata[KEY]["psf_field"]["type"] == "PsfField"
     assert "PSFs of 2 x 2 parts: 4 of 4 clearly determined" in dock._status.value
@@ -419,7 +419,7 @@ def test_the_psf_of_a_stack_is_edited_like_that_of_a_picture(
     lead: tuple[int, ...],
 ) -> None:
     rng = np.random.default_rng(4)
-    viewer.add_image(rng.random((*lead, 30, 40)), name="street", scale=(*lead, 0.5, 0.25))
+    viewer.add_image(rng.random((*lead, 30, 40)), name="panels", scale=(*lead, 0.5, 0.25))
     dock = BlurDock(viewer)
     dock.session.set_psf(np.ones((7, 9)))
     camera = viewer.scene.camera

@@ -41,7 +41,7 @@ def test_the_button_gives_what_the_script_gives(
 def test_a_blocking_run_returns_the_layer(dock: DeblurDock) -> None:
     dock._response.chosen, dock._method.chosen = "gamma", "Wiener"  # the quickest
     dock._extent.value = 5
-    assert dock.run().name == "street [deblurred]"
+    assert dock.run().name == "panels [deblurred]"
 
 
 def test_what_is_assumed_of_the_camera_is_a_parameter_of_the_response(dock: DeblurDock) -> None:
@@ -58,7 +58,7 @@ def test_a_cancelled_run_leaves_no_trace(qtbot: QtBot, dock: DeblurDock) -> None
     dock.cancel()
     assert not dock.busy
     qtbot.wait(200)
-    assert [layer.name for layer in dock.session.viewer.layers] == ["street"]
+    assert [layer.name for layer in dock.session.viewer.layers] == ["panels"]
     assert dock.session.state.found == (None,) * 4
 
 
@@ -116,7 +116,7 @@ def test_it_opens_in_a_window_and_closing_it_in_mid_job_is_clean(
     qtbot: QtBot, make_napari_viewer_proxy: Any, blurred: Simulated
 ) -> None:
     viewer = make_napari_viewer_proxy()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     dock = DeblurDock(viewer)
     viewer.window.add_dock_widget(dock)
     runner = dock.runner

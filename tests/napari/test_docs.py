@@ -32,7 +32,7 @@ from napari_crfdeblur.io import write_photo
 from napari_crfdeblur.psf import camera_shake
 from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
-scene = slanted_edges((150, 210), seed=2, pitch=60)
+scene = slanted_edges((120, 180), seed=2, pitch=60)
 made = simulate(scene, camera_shake(5, seed=3), Camera(Gamma(1.8), noise=0.003), seed=1)
 write_photo(Path("photo.png"), made.photo)
 """

@@ -30,7 +30,7 @@ def dock(edged: Session, monkeypatch: pytest.MonkeyPatch, qtbot: QtBot) -> Edges
     """The edges on a photo with a response estimated from the better ones, and no pause to wait."""
     monkeypatch.setattr(following, "PAUSE", 1)
     good = [edge for edge in edged.state.edges.edges if edge.good]
-    edged.set_edges(good[:20])
+    edged.set_edges(good[:12])
     dock = EdgesDock(edged.viewer)
     qtbot.addWidget(dock.native)
     edged.estimate_response()
@@ -135,7 +135,7 @@ def test_closing_while_it_waits_drops_what_is_not_confirmed(
     viewer = make_napari_viewer()
     session = Session.of(viewer)
     session.photo = viewer.add_image(blurred.photo)
-    session.set_edges([edge for edge in found.edges if edge.good][:20])
+    session.set_edges([edge for edge in found.edges if edge.good][:12])
     session.estimate_response()
     dock = EdgesDock(viewer)
     frame = viewer.window.add_dock_widget(dock, name="1 Edges")
@@ -214,7 +214,7 @@ def test_three_curves_follow(paused: EdgesDock) -> None:
 
 def test_the_profiles_of_further_photos_stay(paused: EdgesDock, blurred: Any) -> None:
     session = paused.session
-    other = session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
+    other = session.viewer.add_image(blurred.photo[:75, ::-1], name="other")
     session.estimate_response(others=[other])
     further = [g for g in session.state.fitted.groups if g.sources[0].image]
     session.remove_edges([3])
@@ -239,12 +239,18 @@ def test_without_a_usable_edge_what_was_assumed_is_followed(paused: EdgesDock) -
     assert paused._following.waits
 
 
-def test_too_few_edges_for_a_method_of_the_paper_are_told(dock: EdgesDock, qtbot: QtBot) -> None:
-    session = dock.session
+def test_too_few_edges_for_a_method_of_the_paper_are_told(
+    dock: EdgesDock, blurred: Any, qtbot: QtBot
+) -> None:
+    session, edges = dock.session, dock.session.state.edges.edges
+    # Gray: of each edge one profile, of colors three.
+    session.photo = session.viewer.add_image(blurred.photo[..., 1], name="gray")
+    session.set_edges(edges)
+    qtbot.waitUntil(lambda: dock.runner.idle, timeout=20000)
     said: list[Any] = []
     session.said.connect(said.append)
     before = session.estimate_response(MeanProfile())
-    session.set_edges(session.state.edges.edges[:1])
+    session.set_edges(edges[:1])
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=20000)
     assert "at least 3 straight edges" in said[-1].text
     assert session.state.fitted is before

@@ -92,7 +92,7 @@ def docked(viewer: Any, kind: type[Dock]) -> tuple[Dock, Any]:
 
 def test_keys_do_what_buttons_do(qtbot: QtBot, make_napari_viewer: Any, blurred: Simulated) -> None:
     viewer = make_napari_viewer()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     dock, _ = docked(viewer, RestoreDock)
     session = dock.session
     assert bound(viewer) == {FLIP, FIND_EDGES, UNDO_EDGES, PREVIEW}
@@ -111,14 +111,14 @@ def test_keys_do_what_buttons_do(qtbot: QtBot, make_napari_viewer: Any, blurred:
     session.set_psf(line(7, 0.4))
     press(viewer, PREVIEW)
     qtbot.waitUntil(lambda: not dock.busy, timeout=LONG)
-    assert "street [preview]" in [layer.name for layer in viewer.layers]
+    assert "panels [preview]" in [layer.name for layer in viewer.layers]
 
 
 def test_closing_the_last_dock_stops_its_job_and_frees_the_keys(
     qtbot: QtBot, make_napari_viewer: Any, blurred: Simulated
 ) -> None:
     viewer = make_napari_viewer()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     first, first_frame = docked(viewer, DeblurDock)
     second, second_frame = docked(viewer, RestoreDock)
     first.run(block=False)
@@ -142,7 +142,7 @@ def test_closing_the_viewer_in_mid_job_stops_it(
 ) -> None:
     viewer, other = make_napari_viewer(), make_napari_viewer()
     for each in (viewer, other):
-        each.add_image(blurred.photo, name="street")
+        each.add_image(blurred.photo, name="panels")
     dock, _ = docked(viewer, DeblurDock)
     spared, _ = docked(other, DeblurDock)
     dock.run(block=False)

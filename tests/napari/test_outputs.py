@@ -270,10 +270,10 @@ def test_what_lies_between_does_not_hide_the_photo(session: Session, blurred: Si
     session.restore()
     session.compare_with()
     session.preview()
-    for seen in ({"street"}, {"street", "street [deblurred] [1]"}, {"street"}):
+    for seen in ({"panels"}, {"panels", "panels [deblurred] [1]"}, {"panels"}):
         session.flip()
         visible = {layer.name for layer in session.viewer.layers if layer.visible}
-        assert visible == seen | {"street [PSF]"}
+        assert visible == seen | {"panels [PSF]"}
 
 
 def test_what_is_compared_lies_below_the_result(session: Session, blurred: Simulated) -> None:
@@ -282,7 +282,7 @@ def test_what_is_compared_lies_below_the_result(session: Session, blurred: Simul
     session.restore()
     session.compare_with()
     names = [layer.name for layer in session.viewer.layers]
-    assert names[-2:] == ["street [deblurred, gamma 2.2]", "street [deblurred]"]
+    assert names[-2:] == ["panels [deblurred, gamma 2.2]", "panels [deblurred]"]
 
 
 def test_before_and_after_take_turns(session: Session, blurred: Simulated) -> None:

@@ -258,7 +258,7 @@ def test_each_channel_gets_its_curve_and_is_drawn(few):
 def test_a_further_photo_adds_its_edges(few, blurred):
     dock = few
     alone = len(dock.run().groups)
-    other = dock.session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
+    other = dock.session.viewer.add_image(blurred.photo[:75, ::-1], name="other")
     dock.others = [other]
     assert len(dock.run().groups) > alone
     dock._further.pool.value = False
@@ -268,7 +268,7 @@ def test_a_further_photo_adds_its_edges(few, blurred):
 def test_a_further_photo_can_be_a_file(few, blurred, tmp_path):
     dock = few
     path = tmp_path / "other.png"
-    write_photo(path, blurred.photo[:150, ::-1])
+    write_photo(path, blurred.photo[:75, ::-1])
     dock.others = [path]
     assert any(s.image == 1 for group in dock.run().groups for s in group.sources)
 
@@ -290,7 +290,7 @@ def test_a_bad_file_is_named_and_changes_nothing(dock, qtbot, tmp_path, said):
 
 def test_a_gray_file_for_three_curves_is_named(dock, blurred, tmp_path):
     path = tmp_path / "gray.png"
-    write_photo(path, blurred.photo[:150, :, 0])
+    write_photo(path, blurred.photo[:75, :, 0])
     dock.others, dock._per_channel.value = [path], True
     with pytest.raises(CrfDeblurError, match=r"gray\.png.*one response for all"):
         dock.run()
@@ -595,16 +595,16 @@ def test_the_preview_shows_the_tuned_curve_and_goes_in_the_end(previewing, qtbot
     dock, layers = previewing, previewing.session.viewer.layers
     before = dock.session.state.fitted
     dock.tuning.tune(gamma=1.3)
-    qtbot.waitUntil(lambda: "street [preview]" in layers, timeout=10000)
+    qtbot.waitUntil(lambda: "panels [preview]" in layers, timeout=10000)
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
     qtbot.wait(50)
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
-    shown = np.array(layers["street [preview]"].data)
+    shown = np.array(layers["panels [preview]"].data)
     whole = dock.session.preview(curve=dock.tuning.curves[0])
     np.testing.assert_array_equal(shown, whole.data)
     assert dock.session.state.fitted is before
     dock.tuning.reset()
-    assert "street [preview]" not in layers
+    assert "panels [preview]" not in layers
 
 
 @pytest.mark.parametrize("how", ["reset", "untick", "use", "other photo", "no tuning"])
@@ -625,7 +625,7 @@ def test_a_preview_that_comes_too_late_is_not_shown(previewing, qtbot, how):
             dock.tuning.on = False
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=10000)
     qtbot.wait(100)
-    assert "street [preview]" not in dock.session.viewer.layers
+    assert "panels [preview]" not in dock.session.viewer.layers
 
 
 def test_no_preview_without_a_psf(dock, qtbot):
@@ -639,7 +639,7 @@ def test_no_preview_without_a_psf(dock, qtbot):
 
 def test_it_works_in_a_window_and_ends_with_it(make_napari_viewer_proxy, blurred, qtbot):
     viewer = make_napari_viewer_proxy(show=True)
-    viewer.add_image(blurred.photo[:220, :300], name="street")
+    viewer.add_image(blurred.photo, name="panels")
     dock = ResponseDock(viewer)
     viewer.window.add_dock_widget(dock, name="2 Response")
     dock.session.set_response(Gamma(1.8))
@@ -653,8 +653,8 @@ def test_it_works_in_a_window_and_ends_with_it(make_napari_viewer_proxy, blurred
     assert dock.native.minimumSizeHint().height() < 950
     dock.session.set_psf(line(5, 0.3))
     dock.tuning.previews = True
-    qtbot.waitUntil(lambda: "street [preview]" in viewer.layers, timeout=20000)
+    qtbot.waitUntil(lambda: "panels [preview]" in viewer.layers, timeout=20000)
     viewer.window.remove_dock_widget(dock.native)
-    assert "street [preview]" not in viewer.layers
+    assert "panels [preview]" not in viewer.layers
     dock.session.set_response(Gamma(2.0))
     qtbot.wait(50)

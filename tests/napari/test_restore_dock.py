@@ -18,7 +18,7 @@ from napari_crfdeblur.response import Gamma, clipped_share
 from napari_crfdeblur.simulate import Simulated
 
 LONG = 30000  # milliseconds: only a broken run takes as long
-THREE = ["street [linear]", "street [deblurred linear]", "street [deblurred]"]
+THREE = ["panels [linear]", "panels [deblurred linear]", "panels [deblurred]"]
 
 
 def known(session: Session) -> Session:
@@ -59,9 +59,9 @@ def test_the_button_gives_what_the_script_gives(
 ) -> None:
     click(dock, "Restore")
     ended(qtbot, dock)
-    assert names(dock) == ["street", "street [PSF]", *THREE]
+    assert names(dock) == ["panels", "panels [PSF]", *THREE]
     viewer = ViewerModel()
-    other = known(Session(viewer, viewer.add_image(blurred.photo, name="street")))
+    other = known(Session(viewer, viewer.add_image(blurred.photo, name="panels")))
     other.restore(dock._method.method)
     for layer in viewer.layers:
         mine = dock.session.viewer.layers[layer.name]
@@ -82,13 +82,13 @@ def test_the_dock_opens_in_a_viewer(
     qtbot: QtBot, make_napari_viewer_proxy: Any, blurred: Simulated
 ) -> None:
     viewer = make_napari_viewer_proxy()
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     dock = RestoreDock(viewer)
     viewer.window.add_dock_widget(dock)
     known(dock.session)
     dock.run(block=False)
     ended(qtbot, dock)
-    assert names(dock) == ["street", "street [PSF]", *THREE]
+    assert names(dock) == ["panels", "panels [PSF]", *THREE]
     assert dock._shown.value == "shown: deblurred"
 
 
@@ -102,7 +102,7 @@ def test_what_is_missing_is_said(qtbot: QtBot, session: Session, text: str, sent
     session.said.connect(lambda message: sentences.append(message.text))
     click(dock, text)
     assert sentence in sentences[-1]
-    assert names(dock) == ["street"]
+    assert names(dock) == ["panels"]
 
 
 @pytest.mark.parametrize(
@@ -119,19 +119,19 @@ def test_steps_in_the_wrong_order_are_refused_in_a_sentence(
 ) -> None:
     click(dock, text)
     assert sentence in said[-1]
-    assert names(dock) == ["street", "street [PSF]"]
+    assert names(dock) == ["panels", "panels [PSF]"]
 
 
 def test_gamma_is_put_beside_the_result(qtbot: QtBot, dock: RestoreDock) -> None:
     dock._beside.value = True
     click(dock, "Restore")
     ended(qtbot, dock)
-    assert names(dock)[-2:] == ["street [deblurred, gamma 2.2]", "street [deblurred]"]
+    assert names(dock)[-2:] == ["panels [deblurred, gamma 2.2]", "panels [deblurred]"]
     assert dock._shown.value == "shown: deblurred"
     both = [dock.session.viewer.layers[name].data for name in names(dock)[-2:]]
     assert not np.array_equal(*both)
     assert dock.run() is dock.session.state.restored
-    assert names(dock)[-2:] == ["street [deblurred, gamma 2.2] [1]", "street [deblurred] [1]"]
+    assert names(dock)[-2:] == ["panels [deblurred, gamma 2.2] [1]", "panels [deblurred] [1]"]
 
 
 def test_gamma_is_not_put_beside_another_photo(
@@ -164,19 +164,19 @@ def test_a_preview_takes_the_place_of_the_last_one(qtbot: QtBot, dock: RestoreDo
     for _ in range(2):
         click(dock, "Preview")
         ended(qtbot, dock)
-        assert names(dock) == ["street", "street [PSF]", "street [preview]"]
+        assert names(dock) == ["panels", "panels [PSF]", "panels [preview]"]
         assert dock._shown.value == "shown: preview"
     click(dock, "Remove preview")
-    assert names(dock) == ["street", "street [PSF]"]
+    assert names(dock) == ["panels", "panels [PSF]"]
     click(dock, "Remove preview")
     assert dock._shown.value == "shown: photo"
 
 
 def test_only_the_visible_part_is_restored(dock: RestoreDock) -> None:
-    dock.photo.corner_pixels = np.array([[20, 30], [119, 229]])
+    dock.photo.corner_pixels = np.array([[20, 30], [99, 179]])
     dock._what.value = VISIBLE
     restored = dock.run()
-    assert restored.data.shape == (100, 200, 3)
+    assert restored.data.shape == (80, 150, 3)
     assert list(restored.translate) == [20, 30]
 
 
@@ -208,7 +208,7 @@ def test_side_by_side_goes_back_to_what_it_was(dock: RestoreDock) -> None:
     dock.run()
     viewer = dock.session.viewer
     grid, camera = viewer.canvas.grid, viewer.scene.camera
-    viewer.layers["street [linear]"].visible = False
+    viewer.layers["panels [linear]"].visible = False
     grid.stride, camera.zoom = 3, 2.5
 
     def view() -> tuple[Any, ...]:
@@ -220,11 +220,11 @@ def test_side_by_side_goes_back_to_what_it_was(dock: RestoreDock) -> None:
     assert grid.enabled
     at = {grid.position(n, viewer.layers): x.name for n, x in enumerate(viewer.layers) if x.visible}
     assert at == {
-        (0, 0): "street",
-        (0, 1): "street [deblurred, gamma 2.2]",
-        (0, 2): "street [deblurred]",
+        (0, 0): "panels",
+        (0, 1): "panels [deblurred, gamma 2.2]",
+        (0, 2): "panels [deblurred]",
     }
-    viewer.layers.remove("street [PSF]")
+    viewer.layers.remove("panels [PSF]")
     click(dock, "Back to one")
     after = view()
     assert after[1:] == before[1:]
@@ -262,16 +262,16 @@ def test_a_cancelled_restoration_leaves_no_layers(qtbot: QtBot, dock: RestoreDoc
     after_progress(qtbot, dock, dock.cancel)
     assert not dock.busy
     qtbot.wait(300)
-    assert names(dock) == ["street", "street [PSF]"]
+    assert names(dock) == ["panels", "panels [PSF]"]
     assert dock.session.state.linear is None
 
 
 def test_a_photo_that_is_closed_stops_its_restoration(qtbot: QtBot, dock: RestoreDock) -> None:
     dock._method.chosen = "sparse (IRLS)"
-    after_progress(qtbot, dock, lambda: dock.session.viewer.layers.remove("street"))
+    after_progress(qtbot, dock, lambda: dock.session.viewer.layers.remove("panels"))
     assert not dock.busy
     qtbot.wait(300)
-    assert names(dock) == ["street [PSF]"]
+    assert names(dock) == ["panels [PSF]"]
 
 
 def test_a_value_that_does_not_fit_is_said_beside_it(dock: RestoreDock, said: list[str]) -> None:

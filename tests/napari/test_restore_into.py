@@ -59,12 +59,12 @@ def test_the_result_is_in_the_file_and_in_the_layer(
 
 
 def test_a_stack_and_its_white_level_go_through(tmp_path: Path, blurred: Simulated) -> None:
-    gray = (blurred.photo[..., 1].astype(np.uint16) * 4)[:150, :170]
-    stack = da.from_array(np.stack([gray, gray[::-1]]), chunks=(1, 70, 170))
+    gray = (blurred.photo[..., 1].astype(np.uint16) * 4)[:110, :130]
+    stack = da.from_array(np.stack([gray, gray[::-1]]), chunks=(1, 50, 130))
     session = known(stack, white=1020.0)
     session.photo.scale = (2, 0.5, 0.5)
     layer = session.restore_into(tmp_path / "stack.tif", METHOD)
-    assert (layer.data.shape, layer.data.dtype) == ((2, 150, 170), np.uint16)
+    assert (layer.data.shape, layer.data.dtype) == ((2, 110, 130), np.uint16)
     np.testing.assert_array_equal(layer.scale, session.photo.scale)
     whole = session.restore(METHOD).data
     assert np.abs(layer.data.compute().astype(float) - whole).mean() < 2
@@ -193,7 +193,7 @@ def test_the_button_asks_for_the_file(
     assert dock.busy
     qtbot.waitUntil(lambda: dock.runner.idle, timeout=LONG)
     assert (tmp_path / "out.tif").exists()
-    layer = session.viewer.layers["street [deblurred]"]
+    layer = session.viewer.layers["panels [deblurred]"]
     assert layer.data.shape == session.photo.data.shape
     session.flip()
     assert not layer.visible

@@ -60,12 +60,12 @@ def test_the_verbs_give_what_the_library_gives(done: Session, blurred: Simulated
 
 def test_the_layers_are_named_after_the_photo(done: Session) -> None:
     assert [layer.name for layer in done.viewer.layers] == [
-        "street",
-        "street [edges]",
-        "street [linear]",
-        "street [PSF]",
-        "street [deblurred linear]",
-        "street [deblurred]",
+        "panels",
+        "panels [edges]",
+        "panels [linear]",
+        "panels [PSF]",
+        "panels [deblurred linear]",
+        "panels [deblurred]",
     ]
 
 
@@ -142,18 +142,18 @@ def test_without_edges_a_psf_from_them_is_refused_and_nothing_changes(
 
 
 def test_the_input_is_never_changed(done: Session, blurred: Simulated) -> None:
-    assert done.photo is done.viewer.layers["street"]
+    assert done.photo is done.viewer.layers["panels"]
     np.testing.assert_array_equal(done.photo.data, blurred.photo)
     assert done.photo.metadata == {}
 
 
 def test_provenance_is_json_and_tells_the_whole_way(done: Session) -> None:
     record = json.loads(json.dumps(done.state.restored.metadata[KEY], allow_nan=False))
-    assert record["source"]["name"] == "street"
+    assert record["source"]["name"] == "panels"
     again = record_from(record, "the layer")
     assert again.until is Stage.REAPPLY
-    assert again.photo == pixels_of("street", done.photo.data)
-    assert again.result == pixels_of("street", done.state.restored.data)
+    assert again.photo == pixels_of("panels", done.photo.data)
+    assert again.result == pixels_of("panels", done.state.restored.data)
     assert len(record["edges"]["edges"]) == len(done.state.edges.edges)
     np.testing.assert_array_equal(record["psf"], done.state.psf.psf)
     estimate = done.state.fitted.estimates[0]
@@ -205,7 +205,7 @@ def test_a_light_layer_can_be_repeated(session: Session, verb: str) -> None:
     same = "the result is the same, pixel by pixel"
     assert said == ([same] if verb == "linearize" else [])
     content = session.state.linear.layer.metadata[KEY]
-    assert record_from(content, "the layer").result == pixels_of("street", light.data)
+    assert record_from(content, "the layer").result == pixels_of("panels", light.data)
 
 
 @pytest.mark.parametrize(
@@ -251,7 +251,7 @@ def test_a_step_without_its_need_says_what_to_do(session: Session) -> None:
     ):
         with pytest.raises(CrfDeblurError, match=said):
             getattr(session, verb)()
-    assert [layer.name for layer in session.viewer.layers] == ["street"]
+    assert [layer.name for layer in session.viewer.layers] == ["panels"]
 
 
 def test_without_a_photo_every_verb_says_so(viewer: ViewerModel) -> None:
@@ -394,8 +394,8 @@ def test_photos_of_one_camera_are_pooled(
     edged: Session, blurred: Simulated, tmp_path: Path
 ) -> None:
     session = edged
-    write_photo(tmp_path / "other.png", blurred.photo[149::-1])
-    layer = session.viewer.add_image(blurred.photo[150:, ::-1], name="mirrored")
+    write_photo(tmp_path / "other.png", blurred.photo[74::-1])
+    layer = session.viewer.add_image(blurred.photo[75:, ::-1], name="mirrored")
     alone = session.estimate_response()
     pooled = session.estimate_response(others=[layer, tmp_path / "other.png"])
     images = {source.image for group in pooled.groups for source in group.sources}
@@ -464,7 +464,7 @@ def test_a_photo_that_is_closed_is_let_go_and_the_next_one_taken(session: Sessio
     session.said.connect(lambda message: said.append(message.text))
     session.viewer.layers.remove(session.photo)
     assert session.photo is None
-    assert "street" in said[-1]
+    assert "panels" in said[-1]
     session.viewer.add_image(np.zeros((20, 30), dtype=np.uint8), name="next")
     assert session.photo.name == "next"
 
@@ -478,7 +478,7 @@ def test_the_restored_photo_can_be_compared_with_gamma(session: Session) -> None
     given(session).restore()
     before = session.state.restored
     layer = session.compare_with()
-    assert layer.name == "street [deblurred, gamma 2.2]"
+    assert layer.name == "panels [deblurred, gamma 2.2]"
     assert session.state.restored is before
     assert not np.array_equal(layer.data, before.data)
     same = session.compare_with(Gamma(1.8))

@@ -179,7 +179,7 @@ def test_what_cannot_be_stored_is_refused_with_advice(
     dock.session.estimate_response(per_channel=True)
     with pytest.raises(CrfDeblurError, match="without one curve per channel"):
         dock.keep()
-    other = dock.session.viewer.add_image(blurred.photo[:150, ::-1], name="other")
+    other = dock.session.viewer.add_image(blurred.photo[:75, ::-1], name="other")
     dock.session.estimate_response(others=[other])
     with pytest.raises(CrfDeblurError, match="further photos"):
         dock.keep()

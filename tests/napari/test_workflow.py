@@ -58,7 +58,7 @@ def test_the_workflow_in_a_window_gives_the_numbers_of_the_script(
 ) -> None:
     viewer = make_napari_viewer(show=True)
     viewer.window.resize(1300, 900)
-    viewer.add_image(blurred.photo, name="street")
+    viewer.add_image(blurred.photo, name="panels")
     docks = {kind: kind(viewer) for kind, _ in CLICKS}
     for dock in docks.values():
         viewer.window.add_dock_widget(dock, tabify=True)
@@ -89,7 +89,7 @@ def test_what_was_found_is_shown_in_every_dock(
     viewer = make_napari_viewer(show=True)
     viewer.theme = theme
     viewer.window.resize(1300, 900)
-    photo = viewer.add_image(blurred.photo, name="street")
+    photo = viewer.add_image(blurred.photo, name="panels")
     docks = [kind(viewer) for kind in (EdgesDock, ResponseDock, BlurDock, RestoreDock)]
     for dock in docks:
         viewer.window.add_dock_widget(dock, tabify=True)
@@ -108,7 +108,7 @@ def test_the_theme_changes_the_plots(
     qtbot: QtBot, make_napari_viewer: Any, session: Session
 ) -> None:
     viewer = make_napari_viewer(show=True)
-    viewer.add_image(session.photo.data, name="street")
+    viewer.add_image(session.photo.data, name="panels")
     dock = EdgesDock(viewer)
     viewer.window.add_dock_widget(dock)
     plot = next(widget for widget in dock.controls if isinstance(widget, Plot))
