@@ -10,6 +10,10 @@ import pytest
 # napari reads it once, when its settings are imported: keep them in memory.
 os.environ["NAPARI_CONFIG"] = ""
 
+# Tests run on all cores, one process each: threads of linear algebra would only wait for cores.
+# pytest-xdist's processes and those that tests start inherit it.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 
 @pytest.hookimpl(tryfirst=True)  # before pytest-qt loads Qt, which can abort without a screen
 def pytest_configure(config: pytest.Config) -> None:

@@ -170,18 +170,24 @@ def test_html_is_balanced_escaped_and_self_contained(tmp_path, parts):
     assert "http" not in path.read_text(encoding="utf-8")
 
 
-def test_html_says_how_far_the_results_can_be_trusted(tmp_path):
-    write_report(tmp_path / "report.html", a_report())
-    text = parsed(tmp_path / "report.html").text
+@pytest.fixture(scope="module")
+def markup(tmp_path_factory):
+    """That of a report of all parts."""
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    write_report(path, a_report())
+    return parsed(path)
+
+
+def test_html_says_how_far_the_results_can_be_trusted(markup):
+    text = markup.text
     for said in (ResponseStatus.DOUBTFUL.value, PsfStatus.DOUBTFUL.value, "A <note>."):
         assert said in text
     assert f"2 rejected: {EdgeStatus.CLIPPED.value}" in text
     assert f"1 rejected: {EdgeStatus.SHORT.value}" in text
 
 
-def test_every_stage_has_its_panel(tmp_path):
-    write_report(tmp_path / "report.html", a_report())
-    assert [p["alt"] for p in parsed(tmp_path / "report.html").pictures] == [
+def test_every_stage_has_its_panel(markup):
+    assert [p["alt"] for p in markup.pictures] == [
         "Edges",
         "Profiles as recorded",
         "Profiles linearized",

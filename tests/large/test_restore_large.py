@@ -7,7 +7,13 @@ from scipy.ndimage import gaussian_filter
 
 from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled, Wiener, deconvolve
 from napari_crfdeblur.errors import CrfDeblurError
-from napari_crfdeblur.large import informative_region, measure_large, open_source, restore_large
+from napari_crfdeblur.large import (
+    informative_region,
+    measure_large,
+    open_source,
+    restore_large,
+    statistics,
+)
 from napari_crfdeblur.photo import from_unit
 from napari_crfdeblur.psf import PsfField, PsfStatus, camera_shake
 from napari_crfdeblur.response import SRGB, Gamma, clipped_pixels, linearize, reapply
@@ -107,10 +113,11 @@ def test_a_method_that_says_nothing_of_tiles_gets_them():
     np.testing.assert_array_equal(found.compute(), in_memory(photo, SRGB(), Tiled(Wiener())))
 
 
-def test_statistics_of_a_sample_are_near_those_of_the_whole():
-    photo = a_photo((2300, 2100), np.uint16)
+def test_statistics_of_a_sample_are_near_those_of_the_whole(monkeypatch):
+    monkeypatch.setattr(statistics, "PATCH", 128)  # photos of one megapixel are large then
+    photo = a_photo((1150, 1050), np.uint16)
     (found,) = measure_large(photo, SRGB(), channels=False, psf=PSF)
-    (whole,) = measure_large(photo[:1024, :1024], SRGB(), channels=False, psf=PSF)
+    (whole,) = measure_large(photo[:512, :512], SRGB(), channels=False, psf=PSF)
     assert found.noise == pytest.approx(whole.noise, rel=0.2)
     assert found.contrast == pytest.approx(whole.contrast, rel=0.2)
     assert found.misfit == pytest.approx(whole.misfit, rel=0.3)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cache, lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,9 +16,12 @@ Box = tuple[float, float, float, float]
 """Left, top, right, bottom in a surface's coordinates."""
 
 
+@cache  # thousands of shapes have a few dozen colors
 def light_of(color: str) -> FloatArray:
-    """Linear light of a color as designers write it, '#rrggbb' in sRGB: shape (3,)."""
-    return SRGB().to_irradiance([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    """Linear light of a color as designers write it, '#rrggbb' in sRGB: shape (3,), read-only."""
+    light = SRGB().to_irradiance([int(color[i : i + 2], 16) / 255 for i in (1, 3, 5)])
+    light.setflags(write=False)
+    return light
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -47,7 +51,8 @@ class Surface:
     def to_image(self, points: ArrayLike) -> FloatArray:
         """Pixels (row, column) of points (x, y) of the surface, shape (V, 2)."""
         xy = np.asarray(points, dtype=np.float64)
-        projected = np.column_stack([xy, np.ones(len(xy))]) @ _homography(self.corners).T
+        homography = _homography(tuple((row, column) for row, column in self.corners))
+        projected = np.column_stack([xy, np.ones(len(xy))]) @ homography.T
         shares = projected[:, :2] / projected[:, 2:]
         return np.asarray(shares * self.canvas.shape[:2] - 0.5)
 
@@ -92,7 +97,8 @@ class Surface:
         paint(self.canvas, outlines, self.light * light_of(color))
 
 
-def _homography(corners: Sequence[tuple[float, float]]) -> FloatArray:
+@lru_cache(16)  # most shapes are drawn on a few surfaces, one after the other
+def _homography(corners: tuple[tuple[float, float], ...]) -> FloatArray:
     """Matrix (3, 3) from (x, y, 1) of the unit square to (row, column, 1) of its corners."""
     rows, right = [], []
     for (x, y), (row, column) in zip([(0, 0), (1, 0), (1, 1), (0, 1)], corners, strict=True):

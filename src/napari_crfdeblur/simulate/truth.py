@@ -32,8 +32,11 @@ def clean_edges(linear: FloatArray, lines: Iterable[Line], reach: float) -> list
     """
     found: list[TrueEdge] = []
     for line in lines:
-        stations = np.linspace(0, 1, max(2, int(Edge(line.start, line.end).length / 2)))
-        before, after, clean = _sides(linear, line, stations, reach)
+        whole = Edge(line.start, line.end)
+        if whole.length < 2 * reach:
+            continue  # as every part of it
+        stations = np.linspace(0, 1, max(2, int(whole.length / 2)))
+        before, after, clean = _sides(linear, whole, stations, reach)
         for part in _runs(clean):
             piece = _piece(line, float(stations[part.start]), float(stations[part.stop - 1]))
             if piece is not None and Edge(piece.start, piece.end).length >= 2 * reach:
@@ -43,14 +46,14 @@ def clean_edges(linear: FloatArray, lines: Iterable[Line], reach: float) -> list
 
 
 def _sides(
-    linear: FloatArray, line: Line, stations: FloatArray, reach: float
+    linear: FloatArray, line: Edge, stations: FloatArray, reach: float
 ) -> tuple[FloatArray, FloatArray, Sequence[bool]]:
     """Light before and after the line, shape (S, 3), and whether both sides are even there."""
     start, end = np.array(line.start), np.array(line.end)
     along = start + stations[:, np.newaxis] * (end - start)
     # The pixels next to the line hold a mixture of both sides.
     offsets = np.linspace(1.5, reach, max(4, int(reach)))
-    normal = np.array(Edge(line.start, line.end).normal)
+    normal = np.array(line.normal)
     samples = [_sampled(linear, along, sign * offsets, normal) for sign in (-1, 1)]
     before, after = (np.median(side, axis=1) for side in samples)
     even = [np.ptp(side, axis=1).max(axis=-1) < 2e-3 for side in samples]

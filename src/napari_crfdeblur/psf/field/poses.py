@@ -70,23 +70,22 @@ def rendering(turns: FloatArray, offset: tuple[float, float], size: int) -> spar
     Shape ``(S^2, A S^2)``. A small turn moves light at ``x`` by ``turn (x_column, -x_row)``;
     what falls between four pixels is shared by them, and what leaves the array is lost.
     """
-    indices = np.indices((size, size))
+    indices = np.indices((size, size)).reshape(2, -1)
     own = np.arange(size * size)
-    parts = []
-    for turn in turns:
+    values, rows, columns = [], [], []
+    for number, turn in enumerate(turns):
         shift = turn * offset[1], -turn * offset[0]
         whole = np.floor(shift).astype(int)
         part = shift - whole
-        matrix = sparse.csr_array((size * size, size * size))
         for corner in np.ndindex(2, 2):
             share = float(np.prod(np.abs(1 - np.array(corner) - part)))
-            target = indices + (whole + corner)[:, None, None]
-            kept = ((target >= 0) & (target < size)).all(axis=0).ravel()
-            place = (target[0] * size + target[1]).ravel()
-            ones = np.full(int(kept.sum()), share)
-            matrix += sparse.csr_array((ones, (place[kept], own[kept])), matrix.shape)
-        parts.append(matrix)
-    return sparse.csr_array(sparse.hstack(parts))
+            target = indices + (whole + corner)[:, None]
+            kept = ((target >= 0) & (target < size)).all(axis=0) & (share > 0)
+            values.append(np.full(int(kept.sum()), share))
+            rows.append((target[0] * size + target[1])[kept])
+            columns.append(own[kept] + number * size * size)
+    entries = np.concatenate(values), (np.concatenate(rows), np.concatenate(columns))
+    return sparse.csr_array(entries, (size * size, len(turns) * size * size))
 
 
 def fit_poses(
