@@ -197,5 +197,5 @@ def _compressed(photo: Image, quality: int) -> Image:
     from PIL import Image as Pillow
 
     stream = BytesIO()
-    Pillow.fromarray(photo).save(stream, format="JPEG", quality=quality)
+    Pillow.fromarray(photo).save(stream, format="JPEG", quality=int(quality))
     return np.array(Pillow.open(stream))
