@@ -26,12 +26,12 @@ demo: $(PLAIN) ## Blur, recover and compare a known picture; results in demo/
 
 test: $(INSTALLED) ## Run the tests on all cores (options in PYTEST_ARGS)
 	@.ci/display
-	$(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS)
+	PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses auto --dist loadfile $(PYTEST_ARGS)
 
 test-torch: $(TORCH) ## Run the tests that need torch
 	@.ci/display
 	$(BIN)/python -c 'import torch'
-	$(BIN)/python -m pytest -m torch $(PYTEST_ARGS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -m torch $(PYTEST_ARGS)
 
 lint: $(TOOLS) ## Check style and format
 	$(BIN)/ruff check .

@@ -147,4 +147,5 @@ def test_a_guard_of_a_guard_is_refused_and_the_path_makes_none():
     options = DeblurOptions()
     assert options.guarding(Wiener()) == Guarded(Wiener())
     assert options.guarding(Guarded(Wiener())) == Guarded(Wiener())
+    assert options.guarding(Tiled(Wiener(), side=90)) == Tiled(Guarded(Wiener()), side=90)
     assert DeblurOptions(guard=False).guarding(Wiener()) == Wiener()

@@ -13,7 +13,13 @@ from napari_crfdeblur._napari.session.restore import within
 from napari_crfdeblur._napari.session.step import Level
 from napari_crfdeblur._napari.session.way import way_of
 from napari_crfdeblur._typing import FloatArray, Image
-from napari_crfdeblur.deconvolution import HyperLaplacian, RichardsonLucy, Wiener, deconvolve
+from napari_crfdeblur.deconvolution import (
+    Guarded,
+    HyperLaplacian,
+    RichardsonLucy,
+    Wiener,
+    deconvolve,
+)
 from napari_crfdeblur.deconvolution.varying import deconvolve_varying
 from napari_crfdeblur.estimate import GivenResponse, given_responses
 from napari_crfdeblur.pipeline.blur import part_of
@@ -97,7 +103,9 @@ def test_a_white_level_that_is_never_reached_saturates_nothing(
     session.set_psf(psf)
     session.restore(METHOD)
     linear = session.state.linear.layer.data
-    np.testing.assert_array_equal(session.state.sharp.layer.data, deconvolve(linear, psf, METHOD))
+    np.testing.assert_array_equal(
+        session.state.sharp.layer.data, deconvolve(linear, psf, Guarded(METHOD))
+    )
 
 
 def test_colors_saturate_one_by_one_as_in_the_library(
@@ -153,7 +161,7 @@ def test_the_photo_is_restored_with_the_psfs_of_its_parts(
     options = DeblurOptions(GivenResponse(Gamma(1.8)), psf=GivenPsf(disk(2)), method=Wiener())
     linear = deblur(blurred.photo, options).linear
     sharp, clipped = session.state.sharp.layer.data, clipped_pixels(blurred.photo)
-    expected = deconvolve_varying(linear, turning, Wiener(), clipped=clipped)
+    expected = deconvolve_varying(linear, turning, Guarded(Wiener()), clipped=clipped)
     np.testing.assert_array_equal(sharp, expected)
     single = deconvolve(linear, turning.at(74.5, 104.5), Wiener())
     assert np.abs(sharp - single).max() > 0.01
@@ -269,7 +277,7 @@ def test_every_slice_of_a_stack_gets_the_psfs_of_its_parts(
     session.restore(Wiener())
     light, sharp = session.state.linear.layer.data, session.state.sharp.layer.data
     for own, found in zip(light, sharp, strict=True):
-        np.testing.assert_array_equal(found, deconvolve_varying(own, turning, Wiener()))
+        np.testing.assert_array_equal(found, deconvolve_varying(own, turning, Guarded(Wiener())))
     layer = session.viewer.layers["photo [PSF]"]
     assert layer.ndim == 2  # seen on all slices
     session.viewer.dims.set_current_step(0, 1)

@@ -15,6 +15,7 @@ from .noise import PlaneStatistics, measure
 # photos; docs/benchmarks/guard.md reports those of six other pictures.
 TOLERATED = 0.04  # of the energy that was changed: as much can lie below zero
 STEEPNESS = 2  # power of what lies below zero with which the share that is kept falls beyond
+LEAST = 0.1  # share of a change below which nothing is kept: a tenth of garbage is garbage
 WIDTH = 0.5  # PSF sides: standard deviation of the window in which it is judged
 CELLS = 4  # in a PSF side: the share is known so finely
 FEWEST = 2  # pixels of a cell
@@ -29,7 +30,8 @@ class Guarded(Deconvolver):
     There is no negative light. Where a wrong PSF, a wrong response or clipped light make a
     restored picture ring, it falls below zero. In a Gaussian window around each pixel, `h` is
     the energy that lies below zero by more than noise, over that of all that was changed. Of
-    the change is kept ``min(1, (tolerated / h)^2)``: at worst the result is the blurred picture.
+    the change is kept ``s = min(1, (tolerated / h)^2)``, or rather ``max(0, (s - .1) / .9)``: at
+    worst the result is the blurred picture.
 
     Parameters
     ----------
@@ -77,6 +79,7 @@ class Guarded(Deconvolver):
         )
         share = impossible / np.maximum(changed, NOTHING)
         kept = (self.tolerated / np.maximum(share, self.tolerated)) ** STEEPNESS
+        kept = np.maximum(kept - LEAST, 0) / (1 - LEAST)
         spread = _spread(kept, tuple(plane.shape), cell).astype(arrays.dtype_name(plane))
         # so that what is kept as a whole stays the same, bit by bit
         result: FloatArray = sharp - (1 - arrays.like(spread, plane)) * change

@@ -1,11 +1,11 @@
 """How a photo is deblurred: everything that can be chosen, checked where it is made."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import NoneType
 from typing import TypeAlias
 
 from .. import arguments
-from ..deconvolution import Deconvolver, Guarded
+from ..deconvolution import Deconvolver, Guarded, Tiled
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
@@ -75,7 +75,9 @@ class DeblurOptions:
             object.__setattr__(self, "regions", part_counts(self.regions))
 
     def guarding(self, method: Deconvolver) -> Deconvolver:
-        """The method, guarded if that is wished and it is not guarded already."""
+        """The method, guarded if that is wished and it is not guarded already; inside of tiles."""
+        if isinstance(method, Tiled):
+            return replace(method, method=self.guarding(method.method))
         return Guarded(method) if self.guard and not isinstance(method, Guarded) else method
 
     def check_for(self, sides: PartGrid, channels: int) -> None:
