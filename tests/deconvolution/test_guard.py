@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from scipy.signal import fftconvolve
+from leaves import leaves, recorded
 
 from napari_crfdeblur.deconvolution import (
     Deconvolver,
@@ -22,22 +22,12 @@ METHODS = [LocalShrinkage(), Wiener(), Wiener(weight=1e-3), RichardsonLucy(10)]
 METHODS += [Tiled(LocalShrinkage(), side=180)]
 
 
-def streets(shape=(150, 190), seed=4):
-    """Opaque rectangles of all sizes on top of each other, dark and light."""
-    rng = np.random.default_rng(seed)
-    sharp = np.full(shape, 0.5)
-    for side in 60 / np.arange(1.0, 400.0) ** 0.5:
-        row, column = (rng.integers(-int(side), whole) for whole in shape)
-        height, width = (3 + rng.integers(0, 1 + int(side)) for _ in range(2))
-        sharp[max(row, 0) : row + height, max(column, 0) : column + width] = rng.uniform(0, 0.9)
-    return sharp
+def streets(shape=(150, 190)):
+    return leaves(shape, count=400, smallest=3, lights=(0, 0.9))
 
 
-def recorded(sharp, psf, noise=0.003):
-    wide = np.pad(sharp, 20, mode="reflect")
-    light = fftconvolve(wide, psf, mode="same")[20:-20, 20:-20]
-    noisy = light + np.random.default_rng(5).normal(0, noise, light.shape)
-    return noisy.clip(0, 1).astype(np.float32)
+def photographed(sharp, psf, noise=0.003):
+    return recorded(sharp, psf, noise, seed=5).clip(0, 1).astype(np.float32)
 
 
 def error(plane, sharp):
@@ -59,7 +49,7 @@ class Fixed(Deconvolver):
 @pytest.mark.parametrize("method", METHODS, ids=repr)
 def test_with_the_true_psf_nothing_changes(method):
     sharp, psf = streets(), as_psf(kernel_a())
-    plane = recorded(sharp, psf)
+    plane = photographed(sharp, psf)
     free, guarded = (deconvolve(plane, psf, each) for each in (method, Guarded(method)))
     assert error(free, sharp) < error(plane, sharp)
     np.testing.assert_array_equal(guarded, free)
@@ -69,7 +59,7 @@ def test_with_the_true_psf_nothing_changes(method):
 @pytest.mark.parametrize("method", [LocalShrinkage(), Wiener(weight=1e-3)], ids=repr)
 def test_with_a_wrong_psf_much_less_harm_is_done(method, psf):
     sharp, wrong = streets(), as_psf(psf)
-    plane = recorded(sharp, as_psf(kernel_a()))
+    plane = photographed(sharp, as_psf(kernel_a()))
     free, guarded = (deconvolve(plane, wrong, each) for each in (method, Guarded(method)))
     harm = error(free, sharp) - error(plane, sharp)
     assert harm > 0.2
@@ -78,7 +68,7 @@ def test_with_a_wrong_psf_much_less_harm_is_done(method, psf):
 
 def test_garbage_is_taken_back():
     sharp, psf = streets(), as_psf(kernel_a())
-    plane = recorded(sharp, psf)
+    plane = photographed(sharp, psf)
     garbage = plane + 5 * np.sin(np.arange(150))[:, None]
     back = deconvolve(plane, psf, Guarded(Fixed(garbage)))
     assert error(garbage, plane) > 3
@@ -87,7 +77,7 @@ def test_garbage_is_taken_back():
 
 def test_only_where_it_is_wrong_it_is_taken_back():
     sharp, psf = streets((150, 300)), as_psf(kernel_a())
-    plane = recorded(sharp, psf)
+    plane = photographed(sharp, psf)
     half_wrong = sharp.copy()
     half_wrong[:, 200:] += 5 * np.sin(np.arange(150))[:, None]
     found = deconvolve(plane, psf, Guarded(Fixed(half_wrong)))
@@ -97,7 +87,7 @@ def test_only_where_it_is_wrong_it_is_taken_back():
 
 def test_more_is_taken_back_the_less_is_tolerated():
     sharp, wrong = streets(), as_psf(line(15.0, 2.0))
-    plane = recorded(sharp, as_psf(kernel_a()))
+    plane = photographed(sharp, as_psf(kernel_a()))
     errors = [
         error(deconvolve(plane, wrong, Guarded(Wiener(weight=1e-3), share)), plane)
         for share in (0.001, 0.01, 0.04, 0.2)
@@ -116,7 +106,7 @@ def test_noise_about_zero_is_not_impossible():
 @pytest.mark.parametrize("factor", [0.01, 300.0])
 def test_the_unit_does_not_matter(factor):
     sharp, wrong = streets(), as_psf(line(15.0, 2.0))
-    plane = recorded(sharp, as_psf(kernel_a())).astype(np.float64)
+    plane = photographed(sharp, as_psf(kernel_a())).astype(np.float64)
     here, there = (deconvolve(each, wrong, Guarded(Wiener())) for each in (plane, factor * plane))
     np.testing.assert_allclose(there, factor * here, rtol=1e-6, atol=1e-6 * factor)
 
@@ -135,7 +125,7 @@ def test_narrow_planes_volumes_and_colors_are_judged_too(shape, psf_shape):
 
 def test_a_plane_with_an_offset_is_judged_by_its_darkest_light():
     sharp, psf = streets(), as_psf(kernel_a())
-    plane = recorded(sharp, psf) - np.float32(0.4)
+    plane = photographed(sharp, psf) - np.float32(0.4)
     free, guarded = (deconvolve(plane, psf, each) for each in (Wiener(), Guarded(Wiener())))
     inside = (slice(10, -10),) * 2
     assert np.abs(guarded - free)[inside].mean() < 0.05 * np.abs(free - plane)[inside].mean()

@@ -64,13 +64,13 @@ class Guarded(Deconvolver):
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF, and judge the result."""
-        found = statistics or measure(plane, psf, clipped)
-        sharp = yield from self.method.run(plane, psf, clipped=clipped, statistics=found)
+        sharp = yield from self.method.run(plane, psf, clipped=clipped, statistics=statistics)
         yield Progress("guard", 0, 1)
+        noise = (statistics or measure(plane)).noise
         change = sharp - plane
         # a plane that is below zero itself was recorded with an offset
         darkest = min(float(arrays.namespace(plane).min(plane)), 0.0)
-        below = arrays.raised(darkest - sharp - NOISE * found.noise, 0.0)
+        below = arrays.raised(darkest - sharp - NOISE * noise, 0.0)
         cell = tuple(max(side // CELLS, FEWEST) for side in psf.shape)
         wide = [WIDTH * side / own for side, own in zip(psf.shape, cell, strict=True)]
         impossible, changed = (

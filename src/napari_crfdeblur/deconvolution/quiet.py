@@ -37,9 +37,9 @@ def quiet_share(plane: FloatArray, model: LightNoise) -> float:
     if model.mean <= 0:
         return 1.0
     found = [_blocks(band, model) for band in _bands(plane)]
-    light, energy = (
-        (np.concatenate(each) for each in zip(*found, strict=True)) if found else ((), ())
-    )
+    if not found:
+        return 1.0
+    light, energy = (np.concatenate(each) for each in zip(*found, strict=True))
     if len(energy) < FEWEST:
         return 1.0
     levels = np.array_split(np.argsort(light), LEVELS)
