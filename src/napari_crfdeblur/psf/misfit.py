@@ -19,8 +19,9 @@ WINDOWS = 12  # at most, spread over the picture
 RAMP = 24  # pixels in which a window falls to zero around clipped pixels
 LEAST_AREA = 0.1  # of the windows that must be left
 # A frequency is blocked if the PSF passes less of its power, and these must be so many of all:
-# else the power that the picture lacks there may be its own.
-BLOCKED, LEAST_BLOCKED = 0.005, 0.05
+# else the power that the picture lacks there may be its own. With 5 % a real photo (PSF 17 px, 3 %
+# blocked) came out grainy; a Gaussian of .7 px, whose misfit is none, blocks 1.3 %.
+BLOCKED, LEAST_BLOCKED = 0.005, 0.02
 
 T = TypeVar("T")
 
