@@ -23,7 +23,7 @@ from scipy import ndimage
 from scipy.signal import fftconvolve
 from skimage import color, data, io
 
-from napari_crfdeblur.deconvolution import Guarded, deconvolve
+from napari_crfdeblur.deconvolution import deconvolve, guard
 from napari_crfdeblur.pipeline import DEFAULT_METHOD
 from napari_crfdeblur.psf import as_psf, camera_shake, line
 from napari_crfdeblur.response import SRGB, Gamma, Identity, ResponseCurve
@@ -81,9 +81,9 @@ def gains(sharp: Plane, photo: Plane, psf: Plane, curve: ResponseCurve) -> list[
     """Of the default method, without and with the guard."""
     inside = (slice(len(psf), -len(psf)),) * 2
     light = curve.to_irradiance(photo).astype(np.float32)
-    found = []
-    for method in (DEFAULT_METHOD, Guarded(DEFAULT_METHOD)):
-        restored = curve.to_intensity(deconvolve(light, psf, method).clip(0, 1))
+    free, found = deconvolve(light, psf, DEFAULT_METHOD), []
+    for sharp_light in (free, guard(light, free, psf.shape).sharp):
+        restored = curve.to_intensity(sharp_light.clip(0, 1))
         errors = [np.mean((each - sharp)[inside] ** 2) for each in (photo, restored)]
         found.append(float(10 * np.log10(errors[0] / errors[1])))
     return found

@@ -243,6 +243,21 @@ CALLS: dict[Any, dict[str, Any]] = {
         "model": LightNoise(0.01, 1e-4, 1e-5, 1e-3),
         "misfit": 0.02,
     },
+    deconvolution.guard: {
+        "linear": PLANE,
+        "sharp": PLANE**2,
+        "sides": SHAKEN.shape,
+        "clipped": PLANE > 0.8,
+        "whole": deconvolution.Swing(0.01, 0.02, 0.3),
+    },
+    deconvolution.swing_of: {
+        "linear": PLANE,
+        "sharp": PLANE**2,
+        "sides": SHAKEN.shape,
+        "clipped": PLANE > 0.8,
+    },
+    deconvolution.Guarded: {"sharp": PLANE, "kept": PLANE},
+    deconvolution.Swing: {"below": 0.01, "above": 0.02, "changed": 0.3},
     deconvolution.Wiener: {"weight": 0.01, "model_error": 0.01},
     deconvolution.HyperLaplacian: {
         "weight": 0.01,
@@ -261,7 +276,6 @@ CALLS: dict[Any, dict[str, Any]] = {
         "steps": 2,
     },
     deconvolution.TotalVariation: {"weight": 0.01, "model_error": 0.01, "iterations": 2},
-    deconvolution.Guarded: {"method": Wiener(), "tolerated": 0.1},
     deconvolution.Tiled: {"method": Wiener(), "side": 30, "overlap": 3},
     simulate.simulate: {
         "scene": Scene(PLANE),

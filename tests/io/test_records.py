@@ -14,7 +14,6 @@ import pytest
 
 from napari_crfdeblur.deconvolution import (
     Deconvolver,
-    Guarded,
     HyperLaplacian,
     LightNoise,
     LocalShrinkage,
@@ -176,7 +175,6 @@ OBJECTS = [
     TotalVariation(weight=1e-3, model_error=0.02, iterations=9),
     RichardsonLucy(iterations=12, total_variation=0.01, damping=2.5),
     Tiled(RichardsonLucy(iterations=3), side=300, overlap=20),
-    Guarded(RichardsonLucy(iterations=3), tolerated=0.1),
     Wiener(weight=0.01, model_error=0.03),
     PerChannel((GivenResponse(Gamma(1.5)), MaximumLikelihood(), MeanProfile())),
     OPTIONS,

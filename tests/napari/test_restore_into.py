@@ -15,7 +15,7 @@ from napari_crfdeblur import CrfDeblurError, DeblurOptions, Session
 from napari_crfdeblur._napari.docks import RestoreDock, restore
 from napari_crfdeblur._napari.session import memory
 from napari_crfdeblur._napari.session.large import restoring_into
-from napari_crfdeblur.deconvolution import Guarded, RichardsonLucy, Tiled, Wiener
+from napari_crfdeblur.deconvolution import RichardsonLucy, Tiled, Wiener
 from napari_crfdeblur.io import record_from, write_photo
 from napari_crfdeblur.large import restore_large
 from napari_crfdeblur.pipeline.record import pixels_of
@@ -45,7 +45,7 @@ def test_the_result_is_in_the_file_and_in_the_layer(
     session = known(da.from_array(photo, chunks=(100, 100, 3)) if lazily else photo)
     layer = session.restore_into(tmp_path / f"out{suffix}", METHOD)
     assert isinstance(layer.data, da.Array)
-    expected = restore_large(photo, Gamma(1.8), line(7, 0.4), Guarded(METHOD)).compute()
+    expected = restore_large(photo, Gamma(1.8), line(7, 0.4), METHOD, guard=True).compute()
     np.testing.assert_array_equal(layer.data.compute(), expected)
     whole = known(photo).restore(METHOD).data
     # Tiles of a small photo are the whole; what is measured on a sample is alike.
@@ -67,7 +67,8 @@ def test_a_stack_and_its_white_level_go_through(tmp_path: Path, blurred: Simulat
     assert (layer.data.shape, layer.data.dtype) == ((2, 110, 130), np.uint16)
     np.testing.assert_array_equal(layer.scale, session.photo.scale)
     whole = session.restore(METHOD).data
-    assert np.abs(layer.data.compute().astype(float) - whole).mean() < 2
+    # the guard judges all slices of a file together
+    assert np.abs(layer.data.compute().astype(float) - whole).mean() < 5
     assert whole.max() > 600  # in the numbers of the layer
 
 
@@ -176,7 +177,7 @@ def test_a_volume_goes_into_a_file_too(tmp_path: Path) -> None:
     psf = np.random.default_rng(1).random((3, 7, 5))
     session.set_psf(psf)
     layer = session.restore_into(tmp_path / "out.zarr", RichardsonLucy(3))
-    expected = restore_large(stack, Gamma(1.8), psf, Guarded(RichardsonLucy(3))).compute()
+    expected = restore_large(stack, Gamma(1.8), psf, RichardsonLucy(3), guard=True).compute()
     np.testing.assert_array_equal(layer.data.compute(), expected)
 
 

@@ -7,7 +7,7 @@ from .base import (
     deconvolving,
     deconvolving_slices,
 )
-from .guard import Guarded
+from .guard import Guarded, Swing, guard, guarding, swing_of
 from .hyper_laplacian import HyperLaplacian
 from .irls import SparseIrls
 from .light_noise import LightNoise, fit_noise
@@ -28,6 +28,7 @@ __all__ = [
     "PlaneStatistics",
     "RichardsonLucy",
     "SparseIrls",
+    "Swing",
     "Tiled",
     "TotalVariation",
     "Wiener",
@@ -38,6 +39,9 @@ __all__ = [
     "deconvolving_slices",
     "deconvolving_varying",
     "fit_noise",
+    "guard",
+    "guarding",
     "measure",
     "noise_level",
+    "swing_of",
 ]

@@ -1,110 +1,264 @@
-"""A guard: where a restored picture is impossible, it gives way to the blurred one."""
+"""A guard: where a restored picture swings beyond what is possible, it gives way to the photo."""
 
 from dataclasses import dataclass
+from types import NoneType
 
 import numpy as np
 from scipy import ndimage
 
 from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
-from ..progress import Job, Progress
-from .base import Deconvolver, check_method
-from .noise import PlaneStatistics, measure
+from ..progress import Job, Progress, drain
+from .cells import Cells
+from .noise import measure
 
 # Chosen on restorations of six pictures with right and wrong PSFs and responses, and on twelve
 # photos; docs/benchmarks/guard.md reports those of six other pictures.
-TOLERATED = 0.04  # of the energy that was changed: as much can lie below zero
-STEEPNESS = 2  # power of what lies below zero with which the share that is kept falls beyond
+TOLERATED = 0.035  # of the energy that was changed, at which half of the change is kept
+STEEPNESS = 3  # power of what is impossible with which the share that is kept falls beyond
+POOLED = 5.0  # how much the whole picture counts beside a window: one PSF is wrong everywhere
 LEAST = 0.1  # share of a change below which nothing is kept: a tenth of garbage is garbage
-WIDTH = 0.5  # PSF sides: standard deviation of the window in which it is judged
+WHOLE = 0.95  # share from which all is kept, so that a right restoration stays as it is
+WIDTH = 0.5  # PSF sides: standard deviation of the window in which a place is judged
 CELLS = 4  # in a PSF side: the share is known so finely
 FEWEST = 2  # pixels of a cell
-NOISE = 3.0  # noise levels by which light can seem to be below zero
+NOISE = 3.0  # noise levels by which light can seem to be beyond what is possible
+LEAST_CLEAR = 0.1  # share of cells without clipped light near that are enough to judge the whole
 NOTHING = 1e-30  # energy: single precision holds it
 
 
 @dataclass(frozen=True, slots=True)
-class Guarded(Deconvolver):
-    """Another method, and where its result is impossible, less of it.
-
-    There is no negative light. Where a wrong PSF, a wrong response or clipped light make a
-    restored picture ring, it falls below zero. In a Gaussian window around each pixel, `h` is
-    the energy that lies below zero by more than noise, over that of all that was changed. Of
-    the change is kept ``s = min(1, (tolerated / h)^2)``, or rather ``max(0, (s - .1) / .9)``: at
-    worst the result is the blurred picture.
+class Swing:
+    """How far a restored picture swings beyond what is possible: mean energies of a picture.
 
     Parameters
     ----------
-    method : Deconvolver
-        What restores the plane.
-    tolerated : float
-        Share of the energy that can lie below zero, above 0.
+    below : float
+        Of what lies below zero by more than noise.
+    above : float
+        Of what lies above the brightest light that was recorded within a PSF.
+    changed : float
+        Of all that was changed.
     """
 
-    method: Deconvolver
-    tolerated: float = TOLERATED
+    below: float
+    above: float
+    changed: float
 
     def __post_init__(self) -> None:
-        check_method(self.method)
-        if isinstance(self.method, Guarded):
-            raise ValueError("expected a method to be guarded, got one that is guarded already")
-        arguments.number(self.tolerated, "a share that is tolerated", above=0, most=1)
+        for name in self.__slots__:
+            arguments.number(getattr(self, name), f"a mean energy {name}", least=0)
+
+    @classmethod
+    def mean(cls, swings: "list[Swing]") -> "Swing":
+        """Of several parts of a picture, alike in size."""
+        each = zip(*((own.below, own.above, own.changed) for own in swings), strict=True)
+        return cls(*(float(np.mean(values)) for values in each))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Guarded:
+    """A restored picture in which what is impossible gave way to the blurred one.
+
+    Parameters
+    ----------
+    sharp : ndarray, shape (M, N) or (M, N, C); with one axis more for volumes
+        In linear light.
+    kept : ndarray, shape (M, N) or (Z, M, N)
+        Share of the change that was kept, 0 to 1, float32: one for all channels, so that no
+        color is left over.
+    """
+
+    sharp: FloatArray
+    kept: FloatArray
+
+
+def guard(
+    linear: FloatArray,
+    sharp: FloatArray,
+    sides: tuple[int, ...],
+    *,
+    clipped: BoolArray | None = None,
+    whole: Swing | None = None,
+) -> Guarded:
+    """Judge a restored picture, and keep as much of the change as can be believed.
+
+    Where a wrong PSF, a wrong response or clipped light make a restored picture ring, it swings
+    both ways: below zero, which no light is, and above all light around. (Below zero alone, dark
+    places are off by a constant, as with a wrong response, which harms nothing.) So `h` is the
+    geometric mean of the energies of both, over that of all that was changed: in a Gaussian window
+    around each place, together with five times that of the whole picture. Of the change is kept
+    ``1 / (1 + (h / .035)^3)``, or all if that is nearly all, or nothing if it is little:
+    at worst the result is the blurred picture. Near clipped light, which may well be brighter
+    than all that was recorded, only what is below zero counts.
+
+    Parameters
+    ----------
+    linear : ndarray, shape (M, N) or (M, N, C); (Z, M, N) or (Z, M, N, C) for a PSF of 3 sides
+        What was restored, in linear light.
+    sharp : ndarray, the shape of `linear`
+        What came out.
+    sides : tuple of int
+        Of the PSF.
+    clipped : ndarray of bool, the shape of `linear`, optional
+        True where the camera saturated.
+    whole : Swing, optional
+        Of the whole picture, if this is a part of it.
+
+    Raises
+    ------
+    ValueError
+        Pictures of different shapes, or which do not fit the sides.
+    """
+    return drain(guarding(linear, sharp, sides, clipped=clipped, whole=whole))
+
+
+def guarding(
+    linear: FloatArray,
+    sharp: FloatArray,
+    sides: tuple[int, ...],
+    *,
+    clipped: BoolArray | None = None,
+    whole: Swing | None = None,
+) -> Job[Guarded]:
+    """Job of :func:`guard`: reports progress, can be stopped."""
+    arguments.instance(whole, (Swing, NoneType), "the swing of a whole picture, or None")
+    linear, sharp, clipped = _checked(linear, sharp, sides, clipped)
+    found = yield from _swinging(linear, sharp, sides, clipped)
+    wide = [WIDTH * side / own for side, own in zip(sides, found.cells.sides, strict=True)]
+    whole = whole or found.whole
+    below, above, changed = (
+        ndimage.gaussian_filter(each, wide, mode="nearest", truncate=3) + POOLED * pooled
+        for each, pooled in (
+            (found.below, whole.below),
+            (found.above, whole.above),
+            (found.changed, whole.changed),
+        )
+    )
+    share = np.sqrt(below * above) / np.maximum(changed, NOTHING)
+    half = 1 / (1 + (share / TOLERATED) ** STEEPNESS)
+    kept = ((half - LEAST) / (WHOLE - LEAST)).clip(0, 1)
+    spread = found.cells.spread(kept).astype(np.float32)
+    result = Guarded(_mixed(linear, sharp, spread), spread)
+    yield Progress("guard", 1, 1)
+    return result
+
+
+def swing_of(
+    linear: FloatArray,
+    sharp: FloatArray,
+    sides: tuple[int, ...],
+    *,
+    clipped: BoolArray | None = None,
+) -> Swing:
+    """How far a restored picture swings as a whole; parameters as for :func:`guard`."""
+    linear, sharp, clipped = _checked(linear, sharp, sides, clipped)
+    return drain(_swinging(linear, sharp, sides, clipped)).whole
+
+
+def _mixed(linear: FloatArray, sharp: FloatArray, kept: FloatArray) -> FloatArray:
+    """The restored picture, and the blurred one for what is not kept."""
+    result: FloatArray = arrays.copy(sharp)
+    for rows in arrays.blocks(sharp):
+        part = kept[rows, ...].reshape(*kept[rows, ...].shape, *(1,) * (sharp.ndim - kept.ndim))
+        if (part < 1).any():  # what is kept as a whole stays the same, bit by bit
+            change = sharp[rows, ...] - linear[rows, ...]
+            result[rows, ...] -= arrays.like(1 - part, sharp) * change
+    return result
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Swings:
+    """Mean energies in each cell, all channels together, and whether clipped light is near."""
+
+    cells: Cells
+    below: FloatArray
+    above: FloatArray
+    changed: FloatArray
+    lamps: BoolArray
 
     @property
-    def reach(self) -> float:
-        """Sides of the PSF around a tile that its method needs, or the windows of the guard."""
-        return max(self.method.reach, 3 * WIDTH)
-
-    def run(
-        self,
-        plane: FloatArray,
-        psf: FloatArray,
-        *,
-        clipped: BoolArray | None = None,
-        statistics: PlaneStatistics | None = None,
-    ) -> Job[FloatArray]:
-        """Long job: deconvolve a plane or volume with a checked PSF, and judge the result."""
-        sharp = yield from self.method.run(plane, psf, clipped=clipped, statistics=statistics)
-        yield Progress("guard", 0, 1)
-        noise = (statistics or measure(plane)).noise
-        change = sharp - plane
-        # a plane that is below zero itself was recorded with an offset
-        darkest = min(float(arrays.namespace(plane).min(plane)), 0.0)
-        below = arrays.raised(darkest - sharp - NOISE * noise, 0.0)
-        cell = tuple(max(side // CELLS, FEWEST) for side in psf.shape)
-        wide = [WIDTH * side / own for side, own in zip(psf.shape, cell, strict=True)]
-        impossible, changed = (
-            ndimage.gaussian_filter(_in_cells(each * each, cell), wide, mode="nearest", truncate=3)
-            for each in (below, change)
+    def whole(self) -> Swing:
+        """Away from clipped light, unless that is nearly everywhere."""
+        clear = ~self.lamps
+        if clear.mean() < LEAST_CLEAR:
+            clear[...] = True
+        return Swing(
+            *(float(each[clear].mean()) for each in (self.below, self.above, self.changed))
         )
-        share = impossible / np.maximum(changed, NOTHING)
-        kept = (self.tolerated / np.maximum(share, self.tolerated)) ** STEEPNESS
-        kept = np.maximum(kept - LEAST, 0) / (1 - LEAST)
-        spread = _spread(kept, tuple(plane.shape), cell).astype(arrays.dtype_name(plane))
-        # so that what is kept as a whole stays the same, bit by bit
-        result: FloatArray = sharp - (1 - arrays.like(spread, plane)) * change
-        return result
 
 
-def _in_cells(values: FloatArray, cell: tuple[int, ...]) -> FloatArray:
-    """Means over cells, as an array of numpy; what remains at the ends goes to the last ones."""
-    values = np.asarray(arrays.to_numpy(values), dtype=np.float64)
-    for axis, side in enumerate(cell):
-        count = max(values.shape[axis] // side, 1)
-        starts = np.arange(count) * side
-        lengths = np.diff([*starts, values.shape[axis]])
-        shape = [-1 if each == axis else 1 for each in range(values.ndim)]
-        values = np.add.reduceat(values, starts, axis=axis) / lengths.reshape(shape)
-    return values
+def _swinging(
+    linear: FloatArray, sharp: FloatArray, sides: tuple[int, ...], clipped: BoolArray | None
+) -> Job[_Swings]:
+    """Job: how far a restored picture swings, cell by cell."""
+    cell = tuple(max(side // CELLS, FEWEST) for side in sides)
+    cells = Cells(tuple(linear.shape[: len(sides)]), cell)
+    below, above, changed = np.zeros((3, *cells.counts))
+    lamps = np.zeros(cells.counts, dtype=bool)
+    channels = list(np.ndindex(linear.shape[len(sides) :]))
+    for number, channel in enumerate(channels):
+        yield Progress("guard", number, len(channels) + 1)
+        before, after = linear[(..., *channel)], sharp[(..., *channel)]
+        own = _energies(before, after, cells)
+        if clipped is not None:
+            near = _reached(_highest(clipped[(..., *channel)], cells)) > 0
+            own[1] = np.where(near, own[0], own[1])
+            lamps |= near
+        below, above, changed = below + own[0], above + own[1], changed + own[2]
+    return _Swings(cells, below, above, changed, lamps)
 
 
-def _spread(values: FloatArray, shape: tuple[int, ...], cell: tuple[int, ...]) -> FloatArray:
-    """Values of cells linearly between their middles, and constant beyond the outer ones."""
-    for axis, (length, side) in enumerate(zip(shape, cell, strict=True)):
-        place = (np.arange(length) + 0.5) / side - 0.5
-        place = place.clip(0, values.shape[axis] - 1)
-        before = np.minimum(place.astype(int), max(values.shape[axis] - 2, 0))
-        after = np.minimum(before + 1, values.shape[axis] - 1)
-        share = (place - before).reshape([-1 if each == axis else 1 for each in range(len(shape))])
-        values = (1 - share) * values.take(before, axis) + share * values.take(after, axis)
-    return values
+def _energies(before: FloatArray, after: FloatArray, cells: Cells) -> FloatArray:
+    """Mean energies below, above and changed of a plane, in each cell, shape (3, ...)."""
+    noise = NOISE * measure(arrays.contiguous(before)).noise
+    # a plane that is below zero itself was recorded with an offset
+    darkest = min(float(arrays.namespace(before).min(before)), 0.0) - noise
+    brightest = _reached(_highest(before, cells)) + noise
+    found = np.empty((3, *cells.counts))
+    for rows, own, band in cells.bands():
+        light, sharp = (np.float64(arrays.to_numpy(each[rows, ...])) for each in (before, after))
+        highest = band.held(brightest[own])
+        beyond = np.maximum(darkest - sharp, 0), np.maximum(sharp - highest, 0), sharp - light
+        for part, each in zip(found, beyond, strict=True):
+            part[own] = band.means(each * each)
+    return found
+
+
+def _highest(plane: FloatArray | BoolArray, cells: Cells) -> FloatArray:
+    """The highest value in each cell."""
+    highest = np.empty(cells.counts)
+    for rows, own, band in cells.bands():
+        highest[own] = band.reduced(arrays.to_numpy(plane[rows, ...]), np.maximum)
+    return highest
+
+
+def _reached(highest: FloatArray) -> FloatArray:
+    """The highest values within a PSF of anywhere in a cell."""
+    reached: FloatArray = ndimage.maximum_filter(highest, 2 * -(-CELLS // 2) + 1, mode="nearest")
+    return reached
+
+
+def _checked(
+    linear: FloatArray, sharp: FloatArray, sides: tuple[int, ...], clipped: BoolArray | None
+) -> tuple[FloatArray, FloatArray, BoolArray | None]:
+    arguments.instance(sides, tuple, "the sides of a PSF")
+    for side in sides:
+        arguments.whole(side, "a side of a PSF in pixels", least=1)
+    if len(sides) not in (2, 3):
+        raise arguments.refusal("two or three sides of a PSF", sides)
+    what, axes = "an image that fits the sides of the PSF", (len(sides), len(sides) + 1)
+    linear, sharp = (
+        arguments.array(each, what, axes=axes, kinds=("float",)) for each in (linear, sharp)
+    )
+    if linear.shape != sharp.shape or 0 in linear.shape:
+        raise ValueError(
+            f"expected two images of one shape, got {tuple(linear.shape)} and {tuple(sharp.shape)}"
+        )
+    for image in (linear, sharp):
+        arguments.check_pixels(image)
+    if clipped is not None:
+        clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
+        if clipped.shape != linear.shape:
+            raise arguments.refusal(f"clipped pixels of shape {tuple(linear.shape)}", clipped)
+    return linear, sharp, clipped

@@ -64,8 +64,8 @@ def deblurring_large(source: Source, options: DeblurOptions) -> Job[FoundInPart]
     have = yield from walking(Intermediates(read_part(source, region)), used, until=Stage.FIELD)
     psf = made(have.psf, "a PSF").psf
     curve, blur = made(have.response, "a response").curve, have.field or psf
-    method = options.guarding(made(used.method, "a method"))
-    lazy = restore_large(source, curve, blur, method, channels=source.color)
+    method = made(used.method, "a method")
+    lazy = restore_large(source, curve, blur, method, channels=source.color, guard=options.guard)
     return FoundInPart(region, have, lazy, used)
 
 

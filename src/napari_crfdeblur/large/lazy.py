@@ -1,7 +1,7 @@
 """Photos larger than memory, restored tile by tile: dask arrays in, dask arrays out."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import NoneType
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -21,6 +21,7 @@ from ..response import Response
 from .recipe import PsfOrField, Recipe, psf_shape
 from .sources import KINDS, Source, open_source
 from .statistics import check_source, measure_large
+from .swing import measure_swing
 
 if TYPE_CHECKING:
     from dask.array import Array
@@ -37,6 +38,7 @@ def restore_large(
     *,
     channels: bool | None = None,
     statistics: Sequence[PlaneStatistics] | None = None,
+    guard: bool = False,
 ) -> "Array":
     """Restore a photo or a stack of photos that need not fit into memory.
 
@@ -60,6 +62,9 @@ def restore_large(
     statistics : sequence of PlaneStatistics, optional
         Of each channel, as :func:`measure_large` finds them; by default they are measured, at
         once, on a sample.
+    guard : bool
+        Whether the result gives way to the photo where it is impossible
+        (:func:`~napari_crfdeblur.deconvolution.guard`); some parts are restored at once for it.
 
     Returns
     -------
@@ -80,6 +85,7 @@ def restore_large(
     check_method(method)
     if statistics is not None:
         arguments.instances(statistics, PlaneStatistics, "statistics of each channel")
+    arguments.instance(guard, bool, "whether the result is guarded")
     arguments.instance(channels, (bool, NoneType), "whether the last axis has the colors, or None")
     if channels is None:
         channels = photo.color if isinstance(photo, Source) else _has_colors(photo)
@@ -88,6 +94,8 @@ def restore_large(
     grid = tiled.grid(plane, psf_shape(psf))
     statistics = statistics or measure_large(photo, curve, channels=channels, psf=psf)
     recipe = Recipe(given_responses(curve), psf, tiled.method, channels, tuple(statistics))
+    if guard:
+        recipe = replace(recipe, swing=measure_swing(photo, recipe))
     lead = len(photo.shape) - len(plane) - channels
     plan = _Plan(tuple(photo.shape), lead, grid)
     if isinstance(photo, Source):

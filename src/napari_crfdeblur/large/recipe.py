@@ -6,7 +6,7 @@ from typing import TypeAlias
 import numpy as np
 
 from .._typing import BoolArray, FloatArray, Image
-from ..deconvolution import Deconvolver, PlaneStatistics
+from ..deconvolution import Deconvolver, PlaneStatistics, Swing, guard
 from ..deconvolution.tiles import Tile
 from ..estimate import Responses
 from ..pipeline import DeblurOptions, Intermediates, Stage, walking
@@ -39,6 +39,8 @@ class Recipe:
         Whether the last axis has channels.
     statistics : tuple of PlaneStatistics
         Of each channel of the whole photo.
+    swing : Swing, optional
+        Of the whole photo, so that the result is guarded; by default it is not.
     """
 
     response: Responses
@@ -46,6 +48,24 @@ class Recipe:
     method: Deconvolver
     color: bool
     statistics: tuple[PlaneStatistics, ...]
+    swing: Swing | None = None
+
+    def linearized(self, part: Image) -> Intermediates:
+        """A part of the photo in linear light.
+
+        Parameters
+        ----------
+        part : ndarray, shape (..., M, N) or (..., M, N, C)
+            With as many more axes of length 1 before as the photo has.
+        """
+        sides = len(psf_shape(self.psf))
+        photo: Image = part.reshape(part.shape[part.ndim - sides - self.color :])
+        whole = self.psf.psfs[0, 0] if isinstance(self.psf, PsfField) else self.psf
+        have = Intermediates(
+            photo, axes=sides, response=self.response, psf=PsfEstimate(whole, PsfStatus.GIVEN)
+        )
+        options = DeblurOptions(method=self.method)
+        return drain(walking(have, options, start=Stage.LINEAR, until=Stage.LINEAR))
 
     def restored(self, part: Image, tile: Tile) -> Image:
         """Linearize, deconvolve and re-apply a tile with its margins; only the tile is left.
@@ -55,50 +75,47 @@ class Recipe:
         part : ndarray, shape (..., M, N) or (..., M, N, C)
             Pixels of ``tile.outer``, with as many more axes of length 1 before as the photo has.
         """
-        sides = len(psf_shape(self.psf))
-        axes = sides + self.color
-        photo: Image = part.reshape(part.shape[part.ndim - axes :])
-        whole = self.psf.psfs[0, 0] if isinstance(self.psf, PsfField) else self.psf
-        have = Intermediates(
-            photo, axes=sides, response=self.response, psf=PsfEstimate(whole, PsfStatus.GIVEN)
-        )
-        options = DeblurOptions(method=self.method)
+        have = self.linearized(part)
         undone = {Stage.RESTORE: self._undoing(tile)}
-        job = walking(have, options, start=Stage.LINEAR, replaced=undone)
+        job = walking(have, DeblurOptions(method=self.method), start=Stage.RESTORE, replaced=undone)
         result = made(drain(job).result, "a result")
-        return result.reshape((1,) * (part.ndim - axes) + result.shape)
+        return result.reshape(part.shape[: part.ndim - result.ndim] + result.shape)
 
     def _undoing(self, tile: Tile) -> Run:
         """The stage in which the blur is undone, for a tile of the whole."""
 
         def stage(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:  # noqa: ARG001 - as every stage
             light, clipped = made(have.linear, "linear light"), have.clipped
-            inner = (own.stop - own.start for own in tile.inner)
-            sharp = np.empty((*inner, *light.shape[have.axes :]), dtype=light.dtype)
-            for channel, found in enumerate(self.statistics):
-                own = (..., channel) if self.color else ...
-                sharp[own] = self._undone(light[own], clipped[own], found, tile)
+            if isinstance(self.psf, PsfField):
+                sharp = self._pieced(light, clipped, self.psf, tile)
+            else:
+                sharp = self.deconvolved(light, clipped, self.psf)[tile.kept]
             yield from ()
             return replace(have, photo=have.photo[tile.kept], sharp_linear=sharp)
 
         return stage
 
-    def _undone(
-        self, light: FloatArray, clipped: BoolArray, found: PlaneStatistics, tile: Tile
+    def _pieced(
+        self, light: FloatArray, clipped: BoolArray, psfs: PsfField, tile: Tile
     ) -> FloatArray:
-        """One channel of a tile, deconvolved; with the PSFs of all parts, piece by piece."""
-        if not isinstance(self.psf, PsfField):
-            return self._deconvolved(light, clipped, self.psf, found)[tile.kept]
-        sharp = np.zeros([own.stop - own.start for own in tile.inner], dtype=light.dtype)
-        for piece in pieces(self.psf, tile):
-            psf = self.psf.at(*piece.center)
-            whole = self._deconvolved(light[piece.outer], clipped[piece.outer], psf, found)
-            sharp[piece.inner] += piece.weight * whole[piece.kept]
+        """A tile, piece by piece, of each with the PSF of its middle."""
+        inner = (own.stop - own.start for own in tile.inner)
+        sharp = np.zeros((*inner, *light.shape[2:]), dtype=light.dtype)
+        for piece in pieces(psfs, tile):
+            psf = psfs.at(*piece.center)
+            whole = self.deconvolved(light[piece.outer], clipped[piece.outer], psf)[piece.kept]
+            weight = piece.weight[..., None] if self.color else piece.weight
+            sharp[piece.inner] += weight * whole
         return sharp
 
-    def _deconvolved(
-        self, light: FloatArray, clipped: BoolArray, psf: FloatArray, found: PlaneStatistics
-    ) -> FloatArray:
-        plane, mask = np.ascontiguousarray(light), np.ascontiguousarray(clipped)
-        lost = mask if mask.any() else None
-        return drain(self.method.run(plane, psf, clipped=lost, statistics=found))
+    def deconvolved(self, light: FloatArray, clipped: BoolArray, psf: FloatArray) -> FloatArray:
+        """All channels of a part, deconvolved with one PSF and guarded, if that is wished."""
+        sharp = np.empty_like(light)
+        for channel, found in enumerate(self.statistics):
+            own = (..., channel) if self.color else ...
+            plane, mask = np.ascontiguousarray(light[own]), np.ascontiguousarray(clipped[own])
+            lost = mask if mask.any() else None
+            sharp[own] = drain(self.method.run(plane, psf, clipped=lost, statistics=found))
+        if self.swing is None:
+            return sharp
+        return guard(light, sharp, psf.shape, clipped=clipped, whole=self.swing).sharp

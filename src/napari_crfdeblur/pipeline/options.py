@@ -1,11 +1,11 @@
 """How a photo is deblurred: everything that can be chosen, checked where it is made."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import NoneType
 from typing import TypeAlias
 
 from .. import arguments
-from ..deconvolution import Deconvolver, Guarded, Tiled
+from ..deconvolution import Deconvolver
 from ..edges import Edge, Line, Rectangle
 from ..errors import CrfDeblurError
 from ..estimate import MaximumLikelihood, ResponseFit
@@ -39,7 +39,7 @@ class DeblurOptions:
         How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`.
     guard : bool
         Whether the result gives way to the photo where it is impossible
-        (:class:`~.deconvolution.Guarded`).
+        (:func:`~.deconvolution.guard`).
     regions : int or (int, int), optional
         Rows and columns of parts of the photo, or parts along its longer side, each of which
         gets a PSF of its own; by default one PSF serves the whole photo.
@@ -73,12 +73,6 @@ class DeblurOptions:
             object.__setattr__(self, "blur_extent", float(extent))
         if self.regions is not None:
             object.__setattr__(self, "regions", part_counts(self.regions))
-
-    def guarding(self, method: Deconvolver) -> Deconvolver:
-        """The method, guarded if that is wished and it is not guarded already; inside of tiles."""
-        if isinstance(method, Tiled):
-            return replace(method, method=self.guarding(method.method))
-        return Guarded(method) if self.guard and not isinstance(method, Guarded) else method
 
     def check_for(self, sides: PartGrid, channels: int) -> None:
         """Refuse what does not fit a photo, before any work.

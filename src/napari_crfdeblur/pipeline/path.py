@@ -17,7 +17,7 @@ import numpy as np
 
 from .. import arguments
 from .._typing import FloatArray, Image
-from ..deconvolution import Deconvolver, LocalShrinkage, deconvolving
+from ..deconvolution import Deconvolver, LocalShrinkage, deconvolving, guarding
 from ..deconvolution.varying import deconvolving_varying
 from ..edges import Edge, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
@@ -133,13 +133,16 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
     if method is None:
         method = DEFAULT_METHOD
         have = have.choosing(method=method)
-    method = options.guarding(method)
     sharp: FloatArray
     if have.field is not None:
+        sides = have.field.psfs.shape[2:]
         sharp = yield from deconvolving_varying(linear, have.field, method, clipped=have.clipped)
     else:
         psf = made(have.psf, "a PSF").psf
+        sides = psf.shape
         sharp = yield from deconvolving(linear, psf, method, clipped=have.clipped)
+    if options.guard:
+        sharp = (yield from guarding(linear, sharp, sides, clipped=have.clipped)).sharp
     return replace(have, sharp_linear=sharp)
 
 

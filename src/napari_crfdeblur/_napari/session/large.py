@@ -12,8 +12,9 @@ from ...errors import CrfDeblurError
 from ...io import check_apart
 from ...large import check_target, open_source, restore_large, storing
 from ...large.deblur import StoredArray
-from ...pipeline import DEFAULT_METHOD, PhotoStack, Pixels, Stage
+from ...pipeline import DEFAULT_METHOD, DeblurOptions, PhotoStack, Pixels, Stage
 from ...pipeline.blur import Blur, check_fit
+from ...pipeline.intermediates import made
 from ...pipeline.record import identifying
 from ...progress import Job, Progress
 from ...response import Response
@@ -102,18 +103,25 @@ def restoring_into(
         session.say(f"wrote {target}")
         return layer
 
-    job = _into(source, fitted.curve, blur, way.options.guarding(used), target)
+    job = _into(source, fitted.curve, blur, way.options, target)
     return Step("restoring into a file", job, finish)
 
 
 def _into(
-    source: PhotoStack, curve: Response, blur: Blur, method: Deconvolver, target: Path
+    source: PhotoStack, curve: Response, blur: Blur, options: DeblurOptions, target: Path
 ) -> "Job[Written]":
     """Long job: everything restored and written, to be read from the file."""
     import dask.array as da
 
     yield Progress("measuring the photo", 0, 1)
-    lazy = restore_large(_in_unit(source), curve, blur, method, channels=source.rgb)
+    lazy = restore_large(
+        _in_unit(source),
+        curve,
+        blur,
+        made(options.method, "a method"),
+        channels=source.rgb,
+        guard=options.guard,
+    )
     if source.white is not None:
         lazy = da.map_blocks(source.recorded, lazy, dtype=source.dtype)
     yield from storing(lazy, target)
