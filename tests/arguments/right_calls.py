@@ -256,7 +256,6 @@ CALLS: dict[Any, dict[str, Any]] = {
         "sides": SHAKEN.shape,
         "clipped": PLANE > 0.8,
     },
-    deconvolution.Guarded: {"sharp": PLANE, "kept": PLANE},
     deconvolution.Swing: {"below": 0.01, "above": 0.02, "changed": 0.3},
     deconvolution.Wiener: {"weight": 0.01, "model_error": 0.01},
     deconvolution.HyperLaplacian: {

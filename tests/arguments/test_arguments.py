@@ -29,7 +29,13 @@ DRAWN = 20  # of the wrong values, for each argument: some 6000 calls in all
 FEWER = {simulate.street: 4, psf.estimate_psf_field: 3, psf.estimate_psf: 8}  # which take long
 STAGES = (package, response, edges, profiles, psf, estimate, deconvolution, simulate, pipeline)
 # What verbs give back, of parts that were checked when they were made.
-RESULTS = (pipeline.Deblurred, pipeline.Repeated, pipeline.Restored, simulate.Simulated)
+RESULTS = (
+    deconvolution.Guarded,
+    pipeline.Deblurred,
+    pipeline.Repeated,
+    pipeline.Restored,
+    simulate.Simulated,
+)
 
 
 def drawn(call: Callable[..., Any]) -> Iterator[tuple[str, Any]]:
