@@ -52,8 +52,10 @@ def check_intensities(pixels: Image) -> tuple[float, float]:
     Raises
     ------
     CrfDeblurError
-        Not finite, or floats outside [0, 1].
+        No pixels at all, not finite ones, or floats outside [0, 1].
     """
+    if pixels.size == 0:
+        raise CrfDeblurError("the image has no pixels; choose another one")
     low, high = float(pixels.min()), float(pixels.max())
     if not (np.isfinite(low) and np.isfinite(high)):
         raise CrfDeblurError(

@@ -76,6 +76,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     profiles.of_channel: {"groups": GROUPS, "channel": 0},
     response.linearize: {"photo": PLANE, "curve": Gamma(2.2)},
     response.reapply: {"linear": PLANE, "curve": Gamma(2.2), "dtype": np.uint8},
+    response.clipped_light: {"photo": PHOTO, "axes": 2},
     response.clipped_pixels: {"photo": PHOTO, "level": 0.9, "scatter": 0.01},
     response.clipped_share: {"linear": PLANE},
     response.around: {"curve": Gamma(2.2), "share": 0.3},

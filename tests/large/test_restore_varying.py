@@ -12,7 +12,7 @@ from napari_crfdeblur.large import open_source, restore_large
 from napari_crfdeblur.large.windows import pieces
 from napari_crfdeblur.photo import from_unit
 from napari_crfdeblur.psf import Poses, PsfField, PsfStatus, camera_shake
-from napari_crfdeblur.response import SRGB, clipped_pixels, linearize, reapply
+from napari_crfdeblur.response import SRGB, clipped_light, linearize, reapply
 
 da = pytest.importorskip("dask.array")
 
@@ -42,7 +42,7 @@ def a_photo(shape, seed=4):
 
 
 def in_memory(photo, field, method):
-    light, clipped = linearize(photo, SRGB()), clipped_pixels(photo)
+    light, clipped = linearize(photo, SRGB()), clipped_light(photo)
     sharp = deconvolve_varying(light, field, method, clipped=clipped)
     return reapply(sharp, SRGB(), photo.dtype)
 

@@ -25,7 +25,7 @@ from napari_crfdeblur.estimate import GivenResponse, given_responses
 from napari_crfdeblur.pipeline.blur import part_of
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import GivenPsf, Poses, PsfField, PsfStatus, XuJia, disk, line
-from napari_crfdeblur.response import Gamma, Identity, clipped_pixels
+from napari_crfdeblur.response import Gamma, Identity, clipped_light
 from napari_crfdeblur.simulate import CameraMotion, Simulated
 
 KEY = "napari-crfdeblur"
@@ -159,7 +159,7 @@ def test_the_photo_is_restored_with_the_psfs_of_its_parts(
     session.restore(Wiener())
     options = DeblurOptions(GivenResponse(Gamma(1.8)), psf=GivenPsf(disk(2)), method=Wiener())
     linear = deblur(blurred.photo, options).linear
-    sharp, clipped = session.state.sharp.layer.data, clipped_pixels(blurred.photo)
+    sharp, clipped = session.state.sharp.layer.data, clipped_light(blurred.photo)
     free = deconvolve_varying(linear, turning, Wiener(), clipped=clipped)
     expected = guard(linear, free, turning.psfs.shape[2:]).sharp
     np.testing.assert_array_equal(sharp, expected)

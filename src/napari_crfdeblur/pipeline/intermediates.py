@@ -15,7 +15,7 @@ from ..estimate import Responses
 from ..photo import ALPHA
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
-from ..response import clipped_pixels
+from ..response import clipped_light
 
 PLANE, VOLUME = 2, 3  # axes
 T = TypeVar("T")
@@ -112,8 +112,7 @@ class Intermediates:
     @property
     def clipped(self) -> BoolArray:
         """Where the camera saturated, the shape of `linear`."""
-        colors = self.colors
-        return clipped_pixels(in_rows(colors, self.axes)).reshape(colors.shape)
+        return clipped_light(self.colors, axes=self.axes)
 
     @property
     def alpha(self) -> Image | None:

@@ -4,7 +4,6 @@ from .base import ResponseCurve
 from .basis import Emor, dorf_mean, emor_table
 from .linear import (
     Response,
-    clipped_pixels,
     clipped_share,
     linearize,
     linearizing,
@@ -13,6 +12,7 @@ from .linear import (
 )
 from .parametric import SRGB, Gamma, GeneralizedGamma, Identity, Polynomial
 from .prior import Cameras, ResponsePrior, around
+from .saturation import clipped_light, clipped_pixels
 from .tabulated import Tabulated, monotone
 from .tuned import Tuned, tuned
 
@@ -30,6 +30,7 @@ __all__ = [
     "Tabulated",
     "Tuned",
     "around",
+    "clipped_light",
     "clipped_pixels",
     "clipped_share",
     "dorf_mean",

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
 from .. import arguments
-from .._typing import BoolArray, FloatArray, Image
+from .._typing import FloatArray, Image
 from ..arrays import row_blocks
 from ..errors import CrfDeblurError
-from ..photo import check_image, from_unit, full_scale, photo_kind
+from ..photo import check_image, from_unit, photo_kind
 from ..progress import Job, Progress, drain
 from .base import ResponseCurve
 
@@ -21,9 +21,6 @@ Response: TypeAlias = ResponseCurve | Sequence[ResponseCurve]
 
 # Values worked on at a time: few enough to stay in the processor's cache.
 BLOCK = 1 << 17
-# Share of the full scale below which compression and conversion between color spaces scatter
-# pixels that were saturated: 3 of 255 levels for JPEG of usual quality.
-SCATTER = 3 / 255
 # A float32 from 2^-64 to 1 is its own position in a table: 23 bits of mantissa below an
 # exponent, so that tables indexed by its leading bits are equally fine for dark and bright.
 OCTAVES = 64
@@ -117,41 +114,6 @@ def clipped_share(linear: FloatArray) -> float:
         raise arguments.refusal("light in at least one pixel", linear)
     outside = np.count_nonzero(linear < 0) + np.count_nonzero(linear > 1)
     return float(outside / linear.size)
-
-
-def clipped_pixels(photo: Image, *, level: float = 1.0, scatter: float = SCATTER) -> BoolArray:
-    """Pixels in which the camera saturated, so that they recorded only a lower bound.
-
-    They are at the top of the recorded range, or so little below it that compression can have
-    put them there. That some pixel is taken for saturated that is merely bright does no harm:
-    deconvolution then knows that its light is not less, which is true.
-
-    Parameters
-    ----------
-    photo : ndarray, shape (M, N), (M, N, 3) or (M, N, 4)
-        uint8, uint16, or float in [0, 1], as recorded: before the response is undone. Leave
-        out alpha.
-    level : float
-        Top of the recorded range as a share of the full scale; below 1 for a camera, or a
-        converter of raw files, that saturates earlier.
-    scatter : float
-        Share of the full scale by which a saturated pixel can lie below `level`. 0 for photos
-        that were never compressed.
-
-    Returns
-    -------
-    ndarray of bool, the shape of `photo`
-        Channel by channel: a red light saturates red alone.
-    """
-    check_image(photo)
-    arguments.number(level, "a level", above=0, most=1)
-    arguments.number(scatter, "a scatter", least=0, below=level)
-    # a hundredth of an 8-bit level for what is rounded in floats
-    least = (level - scatter - 1e-2 / 255) * full_scale(photo)
-    clipped: BoolArray = photo >= photo.dtype.type(
-        np.ceil(least) if photo.dtype.kind == "u" else least
-    )
-    return clipped
 
 
 Convert: TypeAlias = Callable[[Image, Image], None]
