@@ -44,6 +44,7 @@ from napari_crfdeblur.response import Gamma
 from napari_crfdeblur.simulate import Scene, TrueEdge
 
 PIXELS = {"name": "photo", "digest": "00ff", "shape": SHAPE, "kind": "uint8"}
+TRUST = deconvolution.Trust(PLANE, PLANE, PLANE)
 CALLS: dict[Any, dict[str, Any]] = {
     edges.find_edges: {"image": PHOTO, "blur_extent": 5.0},
     edges.refine_edges: {"image": PHOTO, "lines": [Line((2, 15), (21, 17))], "blur_extent": 5.0},
@@ -257,6 +258,8 @@ CALLS: dict[Any, dict[str, Any]] = {
         "sides": SHAKEN.shape,
         "clipped": PLANE > 0.8,
     },
+    deconvolution.verdict: {"trust": TRUST},
+    deconvolution.verdict_sentence: {"trust": TRUST},
     deconvolution.Swing: {"below": 0.01, "above": 0.02, "changed": 0.3},
     deconvolution.Wiener: {"weight": 0.01, "model_error": 0.01},
     deconvolution.HyperLaplacian: {

@@ -245,7 +245,7 @@ def test_names_are_unique() -> None:
     session.restore()
     session.restore()
     names = [layer.name for layer in session.viewer.layers]
-    assert len(set(names)) == len(names) == 8
+    assert len(set(names)) == len(names) == 10
     assert "photo [deblurred] [1]" in names
 
 

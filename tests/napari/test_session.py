@@ -65,6 +65,7 @@ def test_the_layers_are_named_after_the_photo(done: Session) -> None:
         "panels [linear]",
         "panels [PSF]",
         "panels [deblurred linear]",
+        "panels [trust]",
         "panels [deblurred]",
     ]
 

@@ -8,21 +8,23 @@ from napari.layers import Image as ImageLayer
 from napari.layers import Layer
 
 from .._typing import FloatArray, Image
+from ..deconvolution import Trust
 from ..deconvolution.tiles import Region
 from ..pipeline import Record, Stage
 from ..psf import PsfField
 from ..response import Gamma, ResponseCurve
 from .pixels import KEY, source_of
-from .placing import beside, layer_like
+from .placing import beside, layer_like, placed
 from .provenance import provenance
 from .session.state import State
 from .session.way import record_of, way_of
 from .session.workspace import Workspace
 
-LINEAR, SHARP, RESTORED, PSF, PREVIEW = (
+LINEAR, SHARP, RESTORED, TRUST, PSF, PREVIEW = (
     "linear",
     "deblurred linear",
     "deblurred",
+    "trust",
     "PSF",
     "preview",
 )
@@ -43,6 +45,29 @@ def light_layer(
     metadata = {KEY: provenance(photo, kind, state, record)}
     shown = {"contrast_limits": UNIT, "gamma": 1.0}
     return _add(session, photo, kind, pixels, region, metadata, **shown)
+
+
+def trust_layer(
+    session: Workspace,
+    photo: ImageLayer,
+    trust: Trust,
+    region: Region,
+    state: State,
+    record: Record,
+) -> ImageLayer:
+    """Add a layer of what can be believed, from black, nothing, to white; hidden at first."""
+    layer = ImageLayer(
+        trust.believed,
+        name=name_of(photo, TRUST),
+        rgb=False,
+        multiscale=False,
+        contrast_limits=UNIT,
+        colormap="gray",
+        visible=False,
+        metadata={KEY: provenance(photo, TRUST, state, record)},
+        **placed(photo, region),
+    )
+    return _front(session, photo, TRUST, layer)
 
 
 def photo_layer(

@@ -77,6 +77,7 @@ def deblur(arguments: Namespace) -> None:
             psf=result.psf,
             field=result.field,
             sharp=result.photo,
+            trust=result.trust,
         )
         write_extras(arguments, report, outputs)
         if arguments.record:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from ..deconvolution import verdict_sentence
 from ..edges import Edge
 from ..estimate import ResponseEstimate
 from ..io import StoredCamera
@@ -18,6 +19,8 @@ def say_report(report: Report, camera: StoredCamera | None = None) -> None:
         say_psf(report.psf)
     if report.field:
         say_field(report.field)
+    if report.trust:
+        say(f"result: {verdict_sentence(report.trust)}")
 
 
 def say_camera(camera: StoredCamera) -> None:

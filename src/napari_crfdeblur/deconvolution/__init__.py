@@ -16,7 +16,9 @@ from .noise import PlaneStatistics, measure, noise_level
 from .richardson_lucy import RichardsonLucy
 from .tiles import Tiled
 from .total_variation import TotalVariation
+from .trust import SlopeError, Trust, trusting
 from .varying import deconvolve_varying, deconvolving_varying
+from .verdict import Verdict, verdict, verdict_sentence
 from .wiener import Wiener
 
 __all__ = [
@@ -27,10 +29,13 @@ __all__ = [
     "LocalShrinkage",
     "PlaneStatistics",
     "RichardsonLucy",
+    "SlopeError",
     "SparseIrls",
     "Swing",
     "Tiled",
     "TotalVariation",
+    "Trust",
+    "Verdict",
     "Wiener",
     "deconvolve",
     "deconvolve_slices",
@@ -44,4 +49,7 @@ __all__ = [
     "measure",
     "noise_level",
     "swing_of",
+    "trusting",
+    "verdict",
+    "verdict_sentence",
 ]

@@ -72,6 +72,11 @@ class Guarded:
     sharp: FloatArray
     kept: FloatArray
 
+    @classmethod
+    def unjudged(cls, sharp: FloatArray, axes: int) -> "Guarded":
+        """A restored picture with so many axes, beside those of colors, that is kept as it is."""
+        return cls(sharp, np.ones(sharp.shape[:axes], dtype=np.float32))
+
 
 def guard(
     linear: FloatArray,
@@ -144,6 +149,12 @@ def guarding(
     return result
 
 
+def judged_in(shape: tuple[int, ...], sides: tuple[int, ...]) -> Cells:
+    """The cells in which a picture of a shape is judged, for a PSF of these sides."""
+    cell = tuple(max(side // CELLS, FEWEST) for side in sides)
+    return Cells(tuple(shape[: len(sides)]), cell)
+
+
 def swing_of(
     linear: FloatArray,
     sharp: FloatArray,
@@ -192,8 +203,7 @@ def _swinging(
     linear: FloatArray, sharp: FloatArray, sides: tuple[int, ...], clipped: BoolArray | None
 ) -> Job[_Swings]:
     """Job: how far a restored picture swings, cell by cell."""
-    cell = tuple(max(side // CELLS, FEWEST) for side in sides)
-    cells = Cells(tuple(linear.shape[: len(sides)]), cell)
+    cells = judged_in(linear.shape, sides)
     below, above, changed = np.zeros((3, *cells.counts))
     lamps = np.zeros(cells.counts, dtype=bool)
     channels = list(np.ndindex(linear.shape[len(sides) :]))

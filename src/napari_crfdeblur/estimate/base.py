@@ -7,11 +7,14 @@ from enum import Enum
 from types import NoneType
 from typing import Protocol, Self, runtime_checkable
 
+import numpy as np
+
 from .. import arguments
 from .._typing import FloatArray
 from ..profiles.base import ProfileGroup
 from ..progress import Job, drain
 from ..response import Response, ResponseCurve, ResponsePrior
+from .band import TWO_SIDED_95
 
 
 class ResponseStatus(Enum):
@@ -59,6 +62,9 @@ class Finding(Enum):
         "the photos contradict each other, or what was known of the camera: they are not of one "
         "camera in one picture style; estimate them apart"
     )
+
+
+DARKEST = 1e-4  # light: a power law has no slope at 0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -112,6 +118,20 @@ class ResponseEstimate:
                 f"expected a band at {self.intensity.size} intensities, got {self.lower.size} "
                 f"and {self.upper.size}"
             )
+
+    def slope_error(self, irradiance: FloatArray) -> FloatArray:
+        """Relative standard error of the slope of the inverse response at some irradiance.
+
+        From how the width of the band changes: where it does not, all light is wrong by the same
+        amount, and no difference is.
+        """
+        light = np.clip(irradiance, DARKEST, 1)
+        if self.intensity.size < 2:
+            return np.zeros_like(light)
+        deviation = (self.upper - self.lower) / (2 * TWO_SIDED_95)
+        change = np.abs(np.gradient(deviation, self.intensity))
+        error = np.interp(self.curve.to_intensity(light), self.intensity, change)
+        return np.minimum(error * self.curve.slope(light), 1.0)
 
 
 @runtime_checkable

@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import arguments
 from .._typing import BoolArray, FloatArray, Image
+from ..deconvolution import Trust
 from ..edges import Edge
 from ..estimate import Responses
 from ..photo import ALPHA
@@ -49,6 +50,10 @@ class Intermediates:
         The PSFs of all parts, if each has its own.
     sharp_linear : ndarray, optional
         Deconvolved irradiance; it can leave [0, 1].
+    trust : Trust, optional
+        How far `sharp_linear` can be believed.
+    trust : Trust, optional
+        How far `sharp_linear` can be believed.
     result : ndarray, optional
         The response re-applied, in the kind of `photo`, alpha kept.
     chosen : mapping of str to object
@@ -66,6 +71,7 @@ class Intermediates:
     psf: PsfEstimate | None = None
     field: PsfField | None = None
     sharp_linear: FloatArray | None = None
+    trust: Trust | None = None
     result: Image | None = None
     chosen: Mapping[str, Any] = dataclasses.field(default_factory=lambda: MappingProxyType({}))
 
@@ -84,7 +90,8 @@ class Intermediates:
             arguments.instances(self.edges, Edge, "edges")
         if self.groups is not None:
             arguments.instances(self.groups, ProfileGroup, "groups of profiles")
-        for name, kind in (("response", Responses), ("psf", PsfEstimate), ("field", PsfField)):
+        kinds = {"response": Responses, "psf": PsfEstimate, "field": PsfField, "trust": Trust}
+        for name, kind in kinds.items():
             arguments.instance(getattr(self, name), (kind, NoneType), f"{kind.__name__} or None")
         arguments.instance(self.chosen, Mapping, "what was chosen, by the name of the option")
 

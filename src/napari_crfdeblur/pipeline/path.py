@@ -17,7 +17,14 @@ import numpy as np
 
 from .. import arguments
 from .._typing import FloatArray, Image
-from ..deconvolution import Deconvolver, LocalShrinkage, deconvolving, guarding
+from ..deconvolution import (
+    Deconvolver,
+    Guarded,
+    LocalShrinkage,
+    deconvolving,
+    guarding,
+    trusting,
+)
 from ..deconvolution.varying import deconvolving_varying
 from ..edges import Edge, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
@@ -135,15 +142,23 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
         have = have.choosing(method=method)
     sharp: FloatArray
     if have.field is not None:
-        sides = have.field.psfs.shape[2:]
+        psf = have.field.at(*((side - 1) / 2 for side in have.sides))
         sharp = yield from deconvolving_varying(linear, have.field, method, clipped=have.clipped)
     else:
         psf = made(have.psf, "a PSF").psf
-        sides = psf.shape
         sharp = yield from deconvolving(linear, psf, method, clipped=have.clipped)
     if options.guard:
-        sharp = (yield from guarding(linear, sharp, sides, clipped=have.clipped)).sharp
-    return replace(have, sharp_linear=sharp)
+        guarded = yield from guarding(linear, sharp, psf.shape, clipped=have.clipped)
+    else:
+        guarded = Guarded.unjudged(sharp, psf.ndim)
+    trust = yield from trusting(
+        linear,
+        guarded,
+        psf,
+        clipped=have.clipped,
+        slope_errors=[own.slope_error for own in made(have.response, "a response").estimates],
+    )
+    return replace(have, sharp_linear=guarded.sharp, trust=trust)
 
 
 def apply_response(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:  # noqa: ARG001 - every stage takes both

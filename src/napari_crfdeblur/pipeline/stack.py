@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import arguments
 from .._typing import FloatArray, Image
+from ..deconvolution import Trust
 from ..deconvolution.tiles import Region
 from ..errors import CrfDeblurError
 from ..estimate import Responses
@@ -20,6 +21,7 @@ from .intermediates import PLANE, Intermediates
 from .options import DeblurOptions
 from .path import Stage, walking
 
+TRUST = ("kept", "error", "believed")
 MOST_WHITE = 1e20  # and 1 over it: what is divided by it stays within single precision
 
 
@@ -109,11 +111,14 @@ class Restored:
         Relative irradiance before and after deconvolution.
     photo : ndarray, shape (..., M, N) or (..., M, N, C)
         In the numbers of the stack, alpha kept.
+    trust : Trust
+        How far the light can be believed.
     """
 
     linear: FloatArray | None = None
     sharp_linear: FloatArray | None = None
     photo: Image | None = None
+    trust: Trust | None = None
 
 
 def restoring_stack(
@@ -176,7 +181,8 @@ def restoring_stack(
         _put(made, lead, index, have)
     if not parts:
         raise CrfDeblurError("the stack has no slices: choose another layer")
-    return Restored(made.get("linear"), made.get("sharp_linear"), made.get("result"))
+    trust = Trust(*(made[name] for name in TRUST)) if TRUST[0] in made else None
+    return Restored(made.get("linear"), made.get("sharp_linear"), made.get("result"), trust)
 
 
 def planes_of(region: Region) -> Iterator[Region]:
@@ -203,8 +209,9 @@ def _put(
     made: dict[str, Image], lead: tuple[int, ...], index: tuple[int, ...], have: Intermediates
 ) -> None:
     """Keep what the stages have made of a piece, in its place in that of the whole region."""
-    for name in ("linear", "sharp_linear", "result"):
-        piece: Image | None = getattr(have, name)
+    pieces = {name: getattr(have, name) for name in ("linear", "sharp_linear", "result")}
+    pieces |= {name: getattr(have.trust, name, None) for name in TRUST}
+    for name, piece in pieces.items():
         if piece is None:
             continue
         if not lead:

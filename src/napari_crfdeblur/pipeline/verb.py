@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import arguments
 from .._typing import FloatArray, Image
+from ..deconvolution import Trust
 from ..edges import Edge
 from ..estimate import ResponseEstimate
 from ..profiles import ProfileGroup
@@ -40,6 +41,8 @@ class Deblurred:
         Deconvolved irradiance; it can leave [0, 1].
     photo : ndarray
         The result: the response re-applied; shape and kind of the input, alpha kept.
+    trust : Trust
+        How much of each place was restored, and how far to believe it.
     field : PsfField, optional
         The PSFs of all parts, if each had its own.
     chosen : mapping of str to object
@@ -53,6 +56,7 @@ class Deblurred:
     psf: PsfEstimate
     sharp_linear: FloatArray
     photo: Image
+    trust: Trust
     field: PsfField | None = None
     chosen: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
@@ -67,6 +71,7 @@ class Deblurred:
             psf=made(have.psf, "a PSF"),
             sharp_linear=made(have.sharp_linear, "sharp light"),
             photo=made(have.result, "a result"),
+            trust=made(have.trust, "a judgement"),
             field=have.field,
             chosen=have.chosen,
         )

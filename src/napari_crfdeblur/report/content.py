@@ -8,6 +8,7 @@ from math import degrees
 import numpy as np
 
 from .._typing import FloatArray, Image
+from ..deconvolution import Trust, verdict_sentence
 from ..edges import Edge
 from ..estimate import ResponseEstimate, ResponseStatus
 from ..profiles import ProfileGroup
@@ -44,6 +45,8 @@ class Report:
         The point spread functions of all parts of the photo.
     sharp : ndarray, the shape of `photo`, optional
         The photo deblurred.
+    trust : Trust, optional
+        How far the deblurred photo can be believed.
     pictures : mapping of str to ndarray
         Further photos to be shown beside it, by caption.
     references : mapping of str to ResponseCurve
@@ -62,6 +65,7 @@ class Report:
     psf: PsfEstimate | None = None
     field: PsfField | None = None
     sharp: Image | None = None
+    trust: Trust | None = None
     pictures: Mapping[str, Image] = default(default_factory=dict)
     references: Mapping[str, ResponseCurve] = default(default_factory=usual_curves)
     figures: Mapping[str, str] = default(default_factory=dict)
@@ -90,6 +94,8 @@ def sentences(report: Report) -> dict[str, str]:
         said[f"Response{which}"] = status + "."
     if report.psf is not None:
         said["PSF"] = report.psf.status.value + "."
+    if report.trust is not None:
+        said["Result"] = verdict_sentence(report.trust) + "."
     for number, note in enumerate(report.notes, start=1):
         said["Note" if len(report.notes) == 1 else f"Note {number}"] = note
     return said
@@ -115,6 +121,8 @@ def figure_table(report: Report) -> dict[str, str]:
     if report.field is not None:
         rows["PSFs of parts"] = "{} x {}".format(*report.field.grid)
         rows |= {f"PSFs of parts, {k}": f"{v:.3g}" for k, v in report.field.diagnostics.items()}
+    if report.trust is not None:
+        rows["believed"] = f"{report.trust.believed.mean():.0%} of what was changed, on average"
     return rows | dict(report.figures)
 
 

@@ -79,6 +79,10 @@ def photo_panels(report: Report) -> list[Panel]:
         shown["Deblurred"] = report.sharp
     shown |= report.pictures
     found = [_photo(caption, photo) for caption, photo in shown.items()]
+    if report.trust is not None:
+        believed = report.trust.believed
+        believed = believed.reshape(-1, *believed.shape[-2:])[0]  # the slice that is shown
+        found.append(_photo("What can be believed: black nothing, white all", believed))
     if report.psf is not None:
         psf = report.psf.psf
         shape = aspect(psf)

@@ -82,6 +82,9 @@ def show_all(
         )
         sharp = Sharp(layer, linear, how)
         yield
+    if shown.trust is not None:
+        outputs.trust_layer(session, photo, shown.trust, region, state, record(Stage.RESTORE))
+        yield
     state = replace(state, linear=linear, sharp=sharp)
     if shown.photo is not None:
         how = record(Stage.REAPPLY)

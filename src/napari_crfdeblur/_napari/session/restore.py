@@ -139,6 +139,9 @@ def deconvolving(
         layer = outputs.light_layer(
             session, photo, outputs.SHARP, light, linear.region, state, record
         )
+        trust = made(product.restored.trust, "a judgement")
+        outputs.trust_layer(session, photo, trust, linear.region, state, record)
+        session.say_trust(trust=trust)
         session.commit(photo, replace(state, sharp=Sharp(layer, linear, record)))
         return layer
 
@@ -201,6 +204,7 @@ def restoring_photo(
 
     def finish(product: Product) -> Effects[ImageLayer]:
         layer = yield from show_all(session, photo, source, way, where, product)
+        session.say_trust(trust=product.restored.trust)
         return made(layer, "a result")
 
     job = making(source, where, fitted.responses, blur, DeblurOptions(method=used))

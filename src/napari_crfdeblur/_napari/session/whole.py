@@ -55,7 +55,8 @@ def deblurring(session: Workspace, options: DeblurOptions | None = None) -> Step
             session, photo, source, whole, options, plane, source.whole, before=before
         )
         state = session.state_of(photo)
-        session.say_trust(state.fitted, state.psf, state.field)
+        trust = whole.product.restored.trust if whole.product else None
+        session.say_trust(state.fitted, state.psf, state.field, trust)
         return made(state.restored, "a result")
 
     job = _walking(source, plane, before, options)

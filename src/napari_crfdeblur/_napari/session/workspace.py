@@ -11,6 +11,7 @@ from napari.layers import Layer
 from psygnal import Signal
 
 from ... import arguments
+from ...deconvolution import Trust, Verdict, verdict, verdict_sentence
 from ...deconvolution.tiles import Region
 from ...errors import CrfDeblurError
 from ...estimate import ResponseStatus
@@ -218,8 +219,9 @@ class Workspace:
         fitted: Fitted | None = None,
         psf: PsfEstimate | None = None,
         parts: PsfField | None = None,
+        trust: Trust | None = None,
     ) -> None:
-        """Tell the user how far a response and a PSF, or those of all parts, can be trusted."""
+        """Tell the user how far a response, a PSF or those of all parts, and a result go."""
         said, doubt = [], False
         if fitted is not None:
             statuses = list(dict.fromkeys(estimate.status for estimate in fitted.estimates))
@@ -232,6 +234,9 @@ class Workspace:
         if parts is not None:
             said.append(f"PSFs of parts: {trust_in_parts(parts)}")
             doubt |= doubted(parts)
+        if trust is not None:
+            said.append(f"result: {verdict_sentence(trust)}")
+            doubt |= verdict(trust) is not Verdict.RESTORED
         self.say("\n".join(said), Level.DOUBT if doubt else Level.INFO)
 
     def _required_photo(self) -> ImageLayer:
