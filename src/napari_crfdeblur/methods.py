@@ -76,6 +76,9 @@ DECONVOLUTIONS = (
 )
 """Ways to undo the blur, the default first."""
 
+MOST_STRENGTH = 2.0
+"""How much of them there can be: 0 is none, 1 what each finds right."""
+
 
 def words(choices: tuple[Method, ...]) -> tuple[str, ...]:
     """What they are called in the command."""

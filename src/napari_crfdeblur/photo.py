@@ -72,6 +72,8 @@ def check_intensities(pixels: Image) -> tuple[float, float]:
 def check_image(image: Image) -> None:
     """Raise ValueError unless this is a 2-D or color image of a kind we work with."""
     arguments.instance(image, np.ndarray, "an image as an array of numpy")
+    if isinstance(image, np.ma.MaskedArray):  # whose masks most functions forget
+        raise arguments.refusal("an image without a mask", image)
     if image.ndim != 2 and not (image.ndim == 3 and image.shape[2] in (3, ALPHA)):
         raise ValueError(f"expected an image (M, N), (M, N, 3) or (M, N, 4), got {image.shape}")
     _check_kind(image)

@@ -31,6 +31,7 @@ STAGES = (package, response, edges, profiles, psf, estimate, deconvolution, simu
 # What verbs give back, of parts that were checked when they were made.
 RESULTS = (
     deconvolution.Guarded,
+    deconvolution.Judged,
     deconvolution.Trust,
     pipeline.Deblurred,
     pipeline.Repeated,

@@ -5,17 +5,15 @@ import pytest
 from leaves import leaves, recorded
 
 from napari_crfdeblur.deconvolution import (
-    Guarded,
     LocalShrinkage,
     Trust,
     Verdict,
     deconvolve,
     guard,
-    trusting,
+    judge,
     verdict,
     verdict_sentence,
 )
-from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import as_psf, camera_shake, gaussian, kernel_a, line
 
 INSIDE = (slice(12, -12),) * 2
@@ -31,23 +29,24 @@ def rms(values):
 
 def restored(sharp, blurring, used, noise):
     plane = recorded(sharp, blurring, noise, seed=4).astype(np.float32)
-    return plane, guard(plane, deconvolve(plane, used, LocalShrinkage()), used.shape)
+    return plane, deconvolve(plane, used, LocalShrinkage())
 
 
 @pytest.mark.parametrize("noise", [0.002, 0.01])
 @pytest.mark.parametrize("psf", [kernel_a(), camera_shake(9, seed=2), gaussian(1.5)])
 def test_with_the_true_psf_the_expected_error_is_about_the_true_one(psf, noise):
     sharp, psf = scene(), as_psf(psf)
-    plane, found = restored(sharp, psf, psf, noise)
-    trust = drain(trusting(plane, found, psf))
+    plane, free = restored(sharp, psf, psf, noise)
+    found = judge(plane, free, psf)
     # the prior is of pictures of nature, and the method is better than a linear one
-    assert 0.4 < rms((found.sharp - sharp)[INSIDE]) / rms(trust.error[INSIDE]) < 1.6
+    assert 0.4 < rms((found.sharp - sharp)[INSIDE]) / rms(found.trust.error[INSIDE]) < 1.6
 
 
 def test_what_is_believed_more_has_gained_more():
     sharp, psf = scene(), as_psf(kernel_a())
-    plane, found = restored(sharp, psf, psf, 0.005)
-    believed = drain(trusting(plane, found, psf)).believed[INSIDE]
+    plane, free = restored(sharp, psf, psf, 0.005)
+    found = judge(plane, free, psf)
+    believed = found.trust.believed[INSIDE]
     more = believed > np.median(believed)
     before, after = (np.square(each - sharp)[INSIDE] for each in (plane, found.sharp))
     gains = [before[part].mean() / after[part].mean() for part in (more, ~more)]
@@ -56,9 +55,9 @@ def test_what_is_believed_more_has_gained_more():
 
 def test_what_was_taken_back_is_not_believed_and_errs_like_the_photo():
     sharp, psf, wrong = scene(), as_psf(kernel_a()), as_psf(line(15.0, 2.0))
-    plane, found = restored(sharp, psf, wrong, 0.003)
-    assert found.kept.max() < 0.1
-    trust = drain(trusting(plane, found, wrong))
+    plane, free = restored(sharp, psf, wrong, 0.003)
+    trust = judge(plane, free, wrong).trust
+    assert trust.kept.max() < 0.1
     assert trust.believed.max() < 0.1
     assert 0.3 < rms((plane - sharp)[INSIDE]) / rms(trust.error[INSIDE]) < 2
 
@@ -66,33 +65,32 @@ def test_what_was_taken_back_is_not_believed_and_errs_like_the_photo():
 @pytest.mark.parametrize("factor", [0.01, 200.0])
 def test_the_unit_does_not_matter(factor):
     psf = as_psf(kernel_a())
-    plane, found = restored(scene(), psf, psf, 0.005)
-    one = drain(trusting(plane, found, psf))
-    other = drain(trusting(factor * plane, Guarded(factor * found.sharp, found.kept), psf))
+    plane, free = restored(scene(), psf, psf, 0.005)
+    one, other = (judge(unit * plane, unit * free, psf).trust for unit in (1.0, factor))
     np.testing.assert_allclose(other.error, factor * one.error, rtol=1e-3)
     np.testing.assert_allclose(other.believed, one.believed, atol=1e-3)
 
 
 def test_of_clipped_light_hardly_half_is_believed():
     psf = as_psf(kernel_a())
-    plane, found = restored(scene(), psf, psf, 0.005)
+    plane, free = restored(scene(), psf, psf, 0.005)
     clipped = np.zeros(plane.shape, dtype=bool)
     clipped[60:100, 80:130] = True
-    trust = drain(trusting(plane, found, psf, clipped=clipped))
+    trust = judge(plane, free, psf, clipped=clipped).trust
     assert trust.believed[70:90, 90:120].max() <= 0.5
-    free = drain(trusting(plane, found, psf))
-    assert free.believed[70:90, 90:120].max() > 0.6
+    other = judge(plane, free, psf).trust
+    assert other.believed[70:90, 90:120].max() > 0.6
     far = (slice(120, None), slice(None))
-    np.testing.assert_allclose(trust.believed[far], free.believed[far], atol=0.15)
+    np.testing.assert_allclose(trust.believed[far], other.believed[far], atol=0.15)
 
 
 def test_a_response_that_is_not_known_adds_its_share():
     psf = as_psf(kernel_a())
-    plane, found = restored(scene(), psf, psf, 0.005)
-    one = drain(trusting(plane, found, psf))
-    other = drain(trusting(plane, found, psf, slope_errors=[lambda light: 0 * light + 0.5]))
+    plane, free = restored(scene(), psf, psf, 0.005)
+    one = judge(plane, free, psf).trust
+    other = judge(plane, free, psf, slope_errors=[lambda light: 0 * light + 0.5]).trust
     added = np.sqrt(np.mean(other.error**2) - np.mean(one.error**2))
-    assert added == pytest.approx(0.5 * rms(found.sharp - plane), rel=0.1)
+    assert added == pytest.approx(0.5 * rms(free - plane), rel=0.1)
     assert other.believed.mean() < one.believed.mean()
 
 
@@ -103,8 +101,7 @@ def test_a_response_that_is_not_known_adds_its_share():
 def test_colors_and_volumes_have_one_map(shape, sides):
     rng = np.random.default_rng(3)
     plane, psf = rng.random(shape).astype(np.float32), as_psf(rng.random(sides))
-    found = guard(plane, plane**2, psf.shape)
-    trust = drain(trusting(plane, found, psf))
+    trust = judge(plane, plane**2, psf).trust
     for each in (trust.kept, trust.error, trust.believed):
         assert each.shape == shape[: len(sides)]
         assert each.dtype == np.float32
@@ -115,8 +112,18 @@ def test_colors_and_volumes_have_one_map(shape, sides):
 def test_an_even_picture_is_known_exactly():
     plane = np.full((60, 70), 0.4, np.float32)
     psf = as_psf(kernel_a())
-    trust = drain(trusting(plane, guard(plane, plane.copy(), psf.shape), psf))
-    assert trust.error.max() < 0.01
+    assert judge(plane, plane.copy(), psf).trust.error.max() < 0.01
+
+
+def test_it_guards_unless_told_not_to():
+    sharp, psf, wrong = scene(), as_psf(kernel_a()), as_psf(line(15.0, 2.0))
+    plane, free = restored(sharp, psf, wrong, 0.003)
+    np.testing.assert_array_equal(
+        judge(plane, free, wrong).sharp, guard(plane, free, wrong.shape).sharp
+    )
+    found = judge(plane, free, wrong, guarded=False)
+    np.testing.assert_array_equal(found.sharp, free)
+    np.testing.assert_array_equal(found.trust.kept, 1)
 
 
 def of(kept):

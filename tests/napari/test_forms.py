@@ -30,7 +30,7 @@ OFFERED = {
 }
 METHODS = [method for offered in OFFERED.values() for method in offered.values() if method]
 # Those that wrap another method, or hold what was given.
-NOT_OFFERED = {"Deconvolver", "Tiled", "PsfEstimator", "GivenPsf"}
+NOT_OFFERED = {"Deconvolver", "Strengthened", "Tiled", "PsfEstimator", "GivenPsf"}
 
 
 def form(methods: dict[str, Any], chosen: str | None = None) -> MethodForm:

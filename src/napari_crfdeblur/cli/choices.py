@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from .._typing import FloatArray
+from ..deconvolution import Strengthened
 from ..errors import CrfDeblurError
 from ..estimate import (
     GivenResponse,
@@ -57,6 +58,8 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
         options = replace(options, psf=psf_estimator(word, arguments.psf_size))
     if arguments.command in ("deblur", "batch"):
         method = named(DECONVOLUTIONS, arguments.method).make()
+        if arguments.strength != 1:
+            method = Strengthened(method, arguments.strength)
         options = replace(options, method=method, guard=arguments.guard)
     return options
 

@@ -59,12 +59,20 @@ def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
 
 
 def method(command: ArgumentParser) -> None:
-    """``--method`` of deconvolution, and ``--no-guard``."""
+    """``--method`` of deconvolution, ``--strength`` of it, and ``--no-guard``."""
     command.add_argument(
         "--method",
         choices=METHODS,
         default=METHODS[0],
         help=f"deconvolution (default: {METHODS[0]})",
+    )
+    command.add_argument(
+        "--strength",
+        type=kinds.between(0, methods.MOST_STRENGTH),
+        default=1.0,
+        metavar="NUMBER",
+        help="how much of it: 0 is the photo as it was, 1 what is found right, 2 the most "
+        "(default: 1)",
     )
     command.add_argument(
         "--no-guard",

@@ -12,11 +12,12 @@ from .hyper_laplacian import HyperLaplacian
 from .irls import SparseIrls
 from .light_noise import LightNoise, fit_noise
 from .local_shrinkage import LocalShrinkage
-from .noise import PlaneStatistics, measure, noise_level
+from .noise import PlaneStatistics, measure, measure_channels, noise_level
 from .richardson_lucy import RichardsonLucy
+from .strength import Strengthened
 from .tiles import Tiled
 from .total_variation import TotalVariation
-from .trust import SlopeError, Trust, trusting
+from .trust import Judged, SlopeError, Trust, judge, judging
 from .varying import deconvolve_varying, deconvolving_varying
 from .verdict import Verdict, verdict, verdict_sentence
 from .wiener import Wiener
@@ -25,12 +26,14 @@ __all__ = [
     "Deconvolver",
     "Guarded",
     "HyperLaplacian",
+    "Judged",
     "LightNoise",
     "LocalShrinkage",
     "PlaneStatistics",
     "RichardsonLucy",
     "SlopeError",
     "SparseIrls",
+    "Strengthened",
     "Swing",
     "Tiled",
     "TotalVariation",
@@ -46,10 +49,12 @@ __all__ = [
     "fit_noise",
     "guard",
     "guarding",
+    "judge",
+    "judging",
     "measure",
+    "measure_channels",
     "noise_level",
     "swing_of",
-    "trusting",
     "verdict",
     "verdict_sentence",
 ]

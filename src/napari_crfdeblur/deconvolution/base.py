@@ -1,6 +1,7 @@
 """The stage from a linear image and its PSF to a sharper linear image: verb and method."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from typing import ClassVar
 
 from .. import arguments, arrays
@@ -8,7 +9,7 @@ from .._typing import BoolArray, FloatArray
 from ..errors import CrfDeblurError
 from ..progress import Job, drain
 from ..psf.base import as_psf
-from .noise import PlaneStatistics
+from .noise import PlaneStatistics, checked_statistics
 
 
 class Deconvolver(ABC):
@@ -59,6 +60,7 @@ def deconvolving(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    statistics: Sequence[PlaneStatistics] | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve`: reports progress, can be stopped."""
     linear = arguments.array(linear, "a linear image of float32 or float64")
@@ -66,13 +68,18 @@ def deconvolving(
     check_method(method)
     _check_image(linear, psf)
     clipped = _checked(clipped, linear)
+    count = linear.shape[-1] if linear.ndim > psf.ndim else 1
+    found: Sequence[PlaneStatistics | None] = [None] * count
+    if statistics is not None:
+        found = checked_statistics(statistics, linear, psf.ndim)
     if linear.ndim == psf.ndim:
-        return (yield from method.run(linear, psf, clipped=clipped))
+        return (yield from method.run(linear, psf, clipped=clipped, statistics=found[0]))
     sharp: FloatArray = arrays.empty_like(linear)
     for channel in range(linear.shape[-1]):
         plane = arrays.contiguous(linear[..., channel])
         own = None if clipped is None else _checked(clipped[..., channel], plane)
-        sharp[..., channel] = yield from method.run(plane, psf, clipped=own)
+        job = method.run(plane, psf, clipped=own, statistics=found[channel])
+        sharp[..., channel] = yield from job
     return sharp
 
 
@@ -185,6 +192,7 @@ def deconvolve(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    statistics: Sequence[PlaneStatistics] | None = None,
 ) -> FloatArray:
     """Undo the blur of a linear image or volume.
 
@@ -199,6 +207,8 @@ def deconvolve(
         For example :class:`~napari_crfdeblur.deconvolution.HyperLaplacian`.
     clipped : ndarray of bool, the shape of `linear`, optional
         True where the camera saturated, so that the recorded light is only a lower bound.
+    statistics : sequence of PlaneStatistics, optional
+        Of each channel (:func:`~.noise.measure_channels`); by default the method measures them.
 
     Returns
     -------
@@ -211,4 +221,4 @@ def deconvolve(
         A PSF that is no PSF or larger than the image; an image that is not finite, or has values
         above 1e9.
     """
-    return drain(deconvolving(linear, psf, method, clipped=clipped))
+    return drain(deconvolving(linear, psf, method, clipped=clipped, statistics=statistics))

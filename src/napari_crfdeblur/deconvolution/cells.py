@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from .._typing import FloatArray
 
-BAND = 1 << 20  # pixels that are worked on at a time, so that memory holds little beside the whole
+BAND = 1 << 17  # pixels that are worked on at a time: few enough to stay in the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,10 +50,15 @@ class Cells:
 
     def means(self, values: FloatArray) -> FloatArray:
         """Means over the cells."""
-        means = self.reduced(values)
+        means = self.reduced(values).astype(np.float64)
         for axis, lengths in enumerate(self._lengths()):
             means = means / lengths.reshape(self._along(axis))
         return means
+
+    def energies(self, values: FloatArray) -> FloatArray:
+        """Mean squares over the cells, of values that are overwritten."""
+        values *= values
+        return self.means(values)
 
     def held(self, values: FloatArray) -> FloatArray:
         """For each pixel the value of its cell."""
@@ -63,13 +68,18 @@ class Cells:
 
     def spread(self, values: FloatArray) -> FloatArray:
         """Values of cells linearly between their middles, and constant beyond the outer ones."""
-        for axis, (length, side) in enumerate(zip(self.shape, self.sides, strict=True)):
+        for axis in reversed(range(len(self.shape))):  # the first one last: rows are together
+            length, side = self.shape[axis], self.sides[axis]
             place = (np.arange(length) + 0.5) / side - 0.5
             place = place.clip(0, values.shape[axis] - 1)
-            before = np.minimum(place.astype(int), max(values.shape[axis] - 2, 0))
-            after = np.minimum(before + 1, values.shape[axis] - 1)
-            share = (place - before).reshape(self._along(axis))
-            values = (1 - share) * values.take(before, axis) + share * values.take(after, axis)
+            first = np.minimum(place.astype(int), max(values.shape[axis] - 2, 0))
+            second = np.minimum(first + 1, values.shape[axis] - 1)
+            share = (place - first).reshape(self._along(axis)).astype(values.dtype)
+            spread = values.take(first, axis)
+            step = values.take(second, axis)
+            step -= spread
+            step *= share
+            values = np.add(spread, step, out=spread)
         return values
 
     def _starts(self) -> list[NDArray[np.intp]]:

@@ -9,8 +9,7 @@ from scipy import ndimage
 from .. import arguments, arrays
 from .._typing import BoolArray, FloatArray
 from ..progress import Job, Progress, drain
-from .cells import Cells
-from .noise import measure
+from .seen import Seen, checked_pair, seeing
 
 # Chosen on restorations of six pictures with right and wrong PSFs and responses, and on twelve
 # photos; docs/benchmarks/guard.md reports those of six other pictures.
@@ -20,9 +19,6 @@ POOLED = 5.0  # how much the whole picture counts beside a window: one PSF is wr
 LEAST = 0.1  # share of a change below which nothing is kept: a tenth of garbage is garbage
 WHOLE = 0.95  # share from which all is kept, so that a right restoration stays as it is
 WIDTH = 0.5  # PSF sides: standard deviation of the window in which a place is judged
-CELLS = 4  # in a PSF side: the share is known so finely
-FEWEST = 2  # pixels of a cell
-NOISE = 3.0  # noise levels by which light can seem to be beyond what is possible
 LEAST_CLEAR = 0.1  # share of cells without clipped light near that are enough to judge the whole
 NOTHING = 1e-30  # energy: single precision holds it
 
@@ -71,11 +67,6 @@ class Guarded:
 
     sharp: FloatArray
     kept: FloatArray
-
-    @classmethod
-    def unjudged(cls, sharp: FloatArray, axes: int) -> "Guarded":
-        """A restored picture with so many axes, beside those of colors, that is kept as it is."""
-        return cls(sharp, np.ones(sharp.shape[:axes], dtype=np.float32))
 
 
 def guard(
@@ -128,31 +119,29 @@ def guarding(
 ) -> Job[Guarded]:
     """Job of :func:`guard`: reports progress, can be stopped."""
     arguments.instance(whole, (Swing, NoneType), "the swing of a whole picture, or None")
-    linear, sharp, clipped = _checked(linear, sharp, sides, clipped)
-    found = yield from _swinging(linear, sharp, sides, clipped)
-    wide = [WIDTH * side / own for side, own in zip(sides, found.cells.sides, strict=True)]
-    whole = whole or found.whole
+    linear, sharp, clipped = checked_pair(linear, sharp, sides, clipped)
+    seen = yield from seeing(linear, sharp, sides, clipped)
+    kept = kept_of(seen, sides, whole)
+    result = Guarded(mixed(linear, sharp, kept), kept)
+    yield Progress("judging", 1, 1)
+    return result
+
+
+def kept_of(seen: Seen, sides: tuple[int, ...], whole: Swing | None = None) -> FloatArray:
+    """Share of the change that is kept at every pixel; parameters as for :func:`guard`."""
+    whole = whole or _whole(seen)
+    wide = [WIDTH * side / own for side, own in zip(sides, seen.cells.sides, strict=True)]
     below, above, changed = (
-        ndimage.gaussian_filter(each, wide, mode="nearest", truncate=3) + POOLED * pooled
-        for each, pooled in (
-            (found.below, whole.below),
-            (found.above, whole.above),
-            (found.changed, whole.changed),
-        )
+        ndimage.gaussian_filter(seen.total(name), wide, mode="nearest", truncate=3)
+        + POOLED * getattr(whole, name)
+        for name in ("below", "above", "changed")
     )
     share = np.sqrt(below * above) / np.maximum(changed, NOTHING)
     half = 1 / (1 + (share / TOLERATED) ** STEEPNESS)
     kept = ((half - LEAST) / (WHOLE - LEAST)).clip(0, 1)
-    spread = found.cells.spread(kept).astype(np.float32)
-    result = Guarded(_mixed(linear, sharp, spread), spread)
-    yield Progress("guard", 1, 1)
-    return result
-
-
-def judged_in(shape: tuple[int, ...], sides: tuple[int, ...]) -> Cells:
-    """The cells in which a picture of a shape is judged, for a PSF of these sides."""
-    cell = tuple(max(side // CELLS, FEWEST) for side in sides)
-    return Cells(tuple(shape[: len(sides)]), cell)
+    if kept.min() == 1:
+        return np.ones(seen.cells.shape, dtype=np.float32)
+    return seen.cells.spread(kept.astype(np.float32))
 
 
 def swing_of(
@@ -163,11 +152,20 @@ def swing_of(
     clipped: BoolArray | None = None,
 ) -> Swing:
     """How far a restored picture swings as a whole; parameters as for :func:`guard`."""
-    linear, sharp, clipped = _checked(linear, sharp, sides, clipped)
-    return drain(_swinging(linear, sharp, sides, clipped)).whole
+    linear, sharp, clipped = checked_pair(linear, sharp, sides, clipped)
+    return _whole(drain(seeing(linear, sharp, sides, clipped)))
 
 
-def _mixed(linear: FloatArray, sharp: FloatArray, kept: FloatArray) -> FloatArray:
+def _whole(seen: Seen) -> Swing:
+    """The swing away from clipped light, unless that is nearly everywhere."""
+    clear = ~seen.lamps
+    if clear.mean() < LEAST_CLEAR:
+        clear[...] = True
+    energies = (seen.total(name)[clear] for name in ("below", "above", "changed"))
+    return Swing(*(float(each.mean()) for each in energies))
+
+
+def mixed(linear: FloatArray, sharp: FloatArray, kept: FloatArray) -> FloatArray:
     """The restored picture, and the blurred one for what is not kept."""
     result: FloatArray = arrays.copy(sharp)
     for rows in arrays.blocks(sharp):
@@ -176,99 +174,3 @@ def _mixed(linear: FloatArray, sharp: FloatArray, kept: FloatArray) -> FloatArra
             change = sharp[rows, ...] - linear[rows, ...]
             result[rows, ...] -= arrays.like(1 - part, sharp) * change
     return result
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Swings:
-    """Mean energies in each cell, all channels together, and whether clipped light is near."""
-
-    cells: Cells
-    below: FloatArray
-    above: FloatArray
-    changed: FloatArray
-    lamps: BoolArray
-
-    @property
-    def whole(self) -> Swing:
-        """Away from clipped light, unless that is nearly everywhere."""
-        clear = ~self.lamps
-        if clear.mean() < LEAST_CLEAR:
-            clear[...] = True
-        return Swing(
-            *(float(each[clear].mean()) for each in (self.below, self.above, self.changed))
-        )
-
-
-def _swinging(
-    linear: FloatArray, sharp: FloatArray, sides: tuple[int, ...], clipped: BoolArray | None
-) -> Job[_Swings]:
-    """Job: how far a restored picture swings, cell by cell."""
-    cells = judged_in(linear.shape, sides)
-    below, above, changed = np.zeros((3, *cells.counts))
-    lamps = np.zeros(cells.counts, dtype=bool)
-    channels = list(np.ndindex(linear.shape[len(sides) :]))
-    for number, channel in enumerate(channels):
-        yield Progress("guard", number, len(channels) + 1)
-        before, after = linear[(..., *channel)], sharp[(..., *channel)]
-        own = _energies(before, after, cells)
-        if clipped is not None:
-            near = _reached(_highest(clipped[(..., *channel)], cells)) > 0
-            own[1] = np.where(near, own[0], own[1])
-            lamps |= near
-        below, above, changed = below + own[0], above + own[1], changed + own[2]
-    return _Swings(cells, below, above, changed, lamps)
-
-
-def _energies(before: FloatArray, after: FloatArray, cells: Cells) -> FloatArray:
-    """Mean energies below, above and changed of a plane, in each cell, shape (3, ...)."""
-    noise = NOISE * measure(arrays.contiguous(before)).noise
-    # a plane that is below zero itself was recorded with an offset
-    darkest = min(float(arrays.namespace(before).min(before)), 0.0) - noise
-    brightest = _reached(_highest(before, cells)) + noise
-    found = np.empty((3, *cells.counts))
-    for rows, own, band in cells.bands():
-        light, sharp = (np.float64(arrays.to_numpy(each[rows, ...])) for each in (before, after))
-        highest = band.held(brightest[own])
-        beyond = np.maximum(darkest - sharp, 0), np.maximum(sharp - highest, 0), sharp - light
-        for part, each in zip(found, beyond, strict=True):
-            part[own] = band.means(each * each)
-    return found
-
-
-def _highest(plane: FloatArray | BoolArray, cells: Cells) -> FloatArray:
-    """The highest value in each cell."""
-    highest = np.empty(cells.counts)
-    for rows, own, band in cells.bands():
-        highest[own] = band.reduced(arrays.to_numpy(plane[rows, ...]), np.maximum)
-    return highest
-
-
-def _reached(highest: FloatArray) -> FloatArray:
-    """The highest values within a PSF of anywhere in a cell."""
-    reached: FloatArray = ndimage.maximum_filter(highest, 2 * -(-CELLS // 2) + 1, mode="nearest")
-    return reached
-
-
-def _checked(
-    linear: FloatArray, sharp: FloatArray, sides: tuple[int, ...], clipped: BoolArray | None
-) -> tuple[FloatArray, FloatArray, BoolArray | None]:
-    arguments.instance(sides, tuple, "the sides of a PSF")
-    for side in sides:
-        arguments.whole(side, "a side of a PSF in pixels", least=1)
-    if len(sides) not in (2, 3):
-        raise arguments.refusal("two or three sides of a PSF", sides)
-    what, axes = "an image that fits the sides of the PSF", (len(sides), len(sides) + 1)
-    linear, sharp = (
-        arguments.array(each, what, axes=axes, kinds=("float",)) for each in (linear, sharp)
-    )
-    if linear.shape != sharp.shape or 0 in linear.shape:
-        raise ValueError(
-            f"expected two images of one shape, got {tuple(linear.shape)} and {tuple(sharp.shape)}"
-        )
-    for image in (linear, sharp):
-        arguments.check_pixels(image)
-    if clipped is not None:
-        clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
-        if clipped.shape != linear.shape:
-            raise arguments.refusal(f"clipped pixels of shape {tuple(linear.shape)}", clipped)
-    return linear, sharp, clipped

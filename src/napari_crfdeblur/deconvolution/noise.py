@@ -1,5 +1,6 @@
 """How noisy and how contrasty a plane is: what sets the strength of a regularization."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import prod
 from types import NoneType
@@ -85,12 +86,15 @@ class PlaneStatistics:
     misfit : float, optional
         What the PSF leaves unexplained (:func:`~napari_crfdeblur.psf.misfit.misfit`), in its unit;
         by default no more than noise.
+    reckoned : float
+        Share of these errors that is reckoned with, above 0.
     """
 
     noise: float
     contrast: float
     model: LightNoise | None = None
     misfit: float | None = None
+    reckoned: float = 1.0
 
     def __post_init__(self) -> None:
         arguments.number(self.noise, "a finite noise level", least=0, most=1 / SMALLEST)
@@ -99,6 +103,7 @@ class PlaneStatistics:
         arguments.instance(self.model, (LightNoise, NoneType), "a LightNoise or None")
         if self.misfit is not None:
             arguments.number(self.misfit, "a misfit", least=0, most=1 / SMALLEST)
+        arguments.number(self.reckoned, "a share of errors", least=SMALLEST, most=1 / SMALLEST)
 
     def relative_noise(self, model_error: float | None = None) -> float:
         """Noise level that is reckoned with, as a fraction of the contrast.
@@ -108,6 +113,9 @@ class PlaneStatistics:
         model_error : float, optional
             Least value. By default it follows from the misfit, so that this stands for all errors.
         """
+        return self.reckoned * self._relative_noise(model_error)
+
+    def _relative_noise(self, model_error: float | None) -> float:
         if model_error is not None:
             return max(self.noise / self.contrast, model_error, ROUNDING)
         excess = max((self.misfit or 0.0) ** 2 - self.noise**2, 0.0)
@@ -144,3 +152,33 @@ def measure(
     lost = None if clipped is None else [clipped]
     unexplained = None if psf is None else misfit([plane], psf, lost)
     return PlaneStatistics(model.level, contrast(plane), model, unexplained)
+
+
+def measure_channels(
+    linear: FloatArray, psf: FloatArray, clipped: BoolArray | None = None
+) -> list[PlaneStatistics]:
+    """Measure each channel of a picture or volume, as :func:`measure` does a plane."""
+    psf = as_psf(psf)
+    axes = psf.ndim, psf.ndim + 1
+    linear = arguments.array(linear, "an image that fits the PSF", axes=axes, kinds=("float",))
+    if clipped is not None:
+        clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
+        if clipped.shape != linear.shape:
+            raise arguments.refusal(f"clipped pixels of shape {tuple(linear.shape)}", clipped)
+    found = []
+    for channel in np.ndindex(tuple(linear.shape[psf.ndim :])):
+        own = (..., *channel)
+        lost = None if clipped is None else arrays.contiguous(clipped[own])
+        found.append(measure(arrays.contiguous(linear[own]), psf, lost))
+    return found
+
+
+def checked_statistics(
+    statistics: Sequence[PlaneStatistics], linear: FloatArray, axes: int
+) -> Sequence[PlaneStatistics]:
+    """Statistics of each channel of a picture with so many other axes."""
+    found = arguments.instances(statistics, PlaneStatistics, "statistics of each channel")
+    count = linear.shape[-1] if linear.ndim > axes else 1
+    if len(found) != count:
+        raise ValueError(f"expected statistics of {count} channels, got {len(found)}")
+    return found

@@ -48,5 +48,8 @@ class Regularized(Deconvolver):
         """Statistics of a plane, measured unless they are given, and the weight for it."""
         given = self.weight is not None or self.model_error is not None
         found = statistics or measure(plane, None if given else psf, clipped)
-        weight = self.weight or self.FACTOR * found.relative_noise(self.model_error) ** 2
+        if self.weight is None:
+            weight = self.FACTOR * found.relative_noise(self.model_error) ** 2
+        else:
+            weight = self.weight * found.reckoned**2
         return found, weight

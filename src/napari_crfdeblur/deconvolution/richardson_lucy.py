@@ -76,12 +76,14 @@ class RichardsonLucy(Deconvolver):
 
         Negative values of the plane count as zero.
         """
-        total = 2 + 2 * self.iterations
+        found = statistics or measure(plane)
+        steps = max(round(self.iterations / found.reckoned), 1)
+        total = 2 + 2 * steps
         reports = (Progress("Richardson-Lucy", done, total) for done in range(total + 1))
         yield next(reports)
-        restraint = Restraint(self.total_variation, self.damping, statistics or measure(plane))
+        restraint = Restraint(self.total_variation, self.damping, found)
         light = _light(plane)
-        scene = yield from restoring(light, psf, clipped, self.iterations, reports, restraint)
+        scene = yield from restoring(light, psf, clipped, steps, reports, restraint)
         result: FloatArray = arrays.contiguous(scene[frame(plane.shape)])
         return result
 

@@ -7,12 +7,13 @@ from typing import TypeAlias
 import numpy as np
 from scipy import fft, ndimage
 
-from .. import arrays
+from .. import arguments
 from .._typing import BoolArray, FloatArray
-from ..progress import Job, Progress
-from .cells import Cells
-from .guard import Guarded, judged_in
-from .noise import PlaneStatistics, measure
+from ..progress import Job, Progress, drain
+from ..psf.base import as_psf
+from .guard import kept_of, mixed
+from .noise import PlaneStatistics, checked_statistics, measure_channels
+from .seen import Seen, SeenChannel, checked_pair, seeing
 
 WIDTH = 1.0  # cells: standard deviation of the window in which a picture is alike
 GRID = 96  # pixels of the period on which the spectrum of a PSF is known, or twice the PSF
@@ -45,15 +46,32 @@ class Trust:
     believed: FloatArray
 
 
-def trusting(
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """A restored picture that was judged.
+
+    Parameters
+    ----------
+    sharp : ndarray, shape (M, N) or (M, N, C); with one axis more for volumes
+        In linear light, guarded if that was wished.
+    trust : Trust
+    """
+
+    sharp: FloatArray
+    trust: Trust
+
+
+def judge(
     linear: FloatArray,
-    guarded: Guarded,
+    sharp: FloatArray,
     psf: FloatArray,
     *,
     clipped: BoolArray | None = None,
+    statistics: Sequence[PlaneStatistics] | None = None,
     slope_errors: Sequence[SlopeError] = (),
-) -> Job[Trust]:
-    """Job: what can be expected of the error of a picture that was restored and guarded.
+    guarded: bool = True,
+) -> Judged:
+    """Judge a restored picture: guard it, and say how far it can be believed.
 
     A place is taken for a sample of pictures with the power ``s / |D|^2``, those of nature (Field
     1987), `s` from the energy of the differences that the blurred picture has there. Of these the
@@ -71,78 +89,93 @@ def trusting(
     ----------
     linear : ndarray, shape (M, N) or (M, N, C); with one axis more for volumes
         What was restored, in linear light.
-    guarded : Guarded
+    sharp : ndarray, the shape of `linear`
         What came out.
     psf : ndarray, shape (H, W) or (D, H, W)
-        Made by :func:`~napari_crfdeblur.psf.as_psf`; of many, one that stands for all.
+        Point spread function; of many, one that stands for all.
     clipped : ndarray of bool, the shape of `linear`, optional
         True where the camera saturated.
+    statistics : sequence of PlaneStatistics, optional
+        Of each channel of `linear`, with the misfit of the PSF; measured by default.
     slope_errors : sequence of callable
         Relative error of the slope of the inverse response at some light, for all channels or for
         each; by default there is none.
+    guarded : bool
+        Whether what is impossible gives way to the blurred picture (:func:`~.guard.guard`).
+
+    Raises
+    ------
+    ValueError
+        Pictures of different shapes, or which do not fit the PSF.
+    CrfDeblurError
+        A PSF that is none.
     """
-    cells, model = judged_in(linear.shape, psf.shape), _Model.of(psf)
-    errors, changes, blurs = np.zeros((3, *cells.counts))
-    channels = list(np.ndindex(linear.shape[psf.ndim :]))
-    for number, channel in enumerate(channels):
-        yield Progress("trust", number, len(channels))
-        before, after = linear[(..., *channel)], guarded.sharp[(..., *channel)]
-        lost = None if clipped is None else clipped[(..., *channel)]
-        seen = _seen(before, after, lost, cells)
-        error, blur = model.errors(seen, measure(arrays.contiguous(before), psf, lost))
-        if slope_errors:
-            slope_error = slope_errors[number % len(slope_errors)](seen.light)
-            error += np.square(slope_error) * seen.changed
-        errors, blurs = errors + error + seen.invented, blurs + blur
-        changes += seen.changed
-    kept = cells.means(guarded.kept.astype(np.float64))
-    expected = np.square(kept) * errors + np.square(1 - kept) * blurs
-    share = kept * changes / np.maximum(changes + errors, NOTHING)
-    yield Progress("trust", len(channels), len(channels))
-    return Trust(
-        guarded.kept,
-        cells.spread(np.sqrt(expected / len(channels))).astype(np.float32),
-        cells.spread(share).clip(0, 1).astype(np.float32),
-    )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Seen:
-    """What is seen of a plane in each cell: all energies are means over a window.
-
-    Parameters
-    ----------
-    light : ndarray
-        Mean light of the blurred plane.
-    differences : ndarray
-        Energy of its differences along all axes.
-    changed, invented : ndarray
-        Energy of what was changed, and of that part of it which is clipped light.
-    """
-
-    light: FloatArray
-    differences: FloatArray
-    changed: FloatArray
-    invented: FloatArray
-
-
-def _seen(before: FloatArray, after: FloatArray, clipped: BoolArray | None, cells: Cells) -> _Seen:
-    light, differences, changed, invented = np.zeros((4, *cells.counts))
-    for rows, own, band in cells.bands():
-        plane, sharp = (
-            np.asarray(arrays.to_numpy(each[rows, ...]), dtype=np.float64)
-            for each in (before, after)
+    return drain(
+        judging(
+            linear,
+            sharp,
+            psf,
+            clipped=clipped,
+            statistics=statistics,
+            slope_errors=slope_errors,
+            guarded=guarded,
         )
-        change = np.square(sharp - plane)
-        light[own], changed[own] = band.means(plane), band.means(change)
-        for axis in range(plane.ndim):
-            step = np.diff(plane, axis=axis, append=plane.take([-1], axis))
-            differences[own] += band.means(np.square(step))
-        if clipped is not None:
-            invented[own] = band.means(change * arrays.to_numpy(clipped[rows, ...]))
-    return _Seen(
-        light, *(ndimage.gaussian_filter(each, WIDTH) for each in (differences, changed, invented))
     )
+
+
+def judging(
+    linear: FloatArray,
+    sharp: FloatArray,
+    psf: FloatArray,
+    *,
+    clipped: BoolArray | None = None,
+    statistics: Sequence[PlaneStatistics] | None = None,
+    slope_errors: Sequence[SlopeError] = (),
+    guarded: bool = True,
+) -> Job[Judged]:
+    """Job of :func:`judge`: reports progress, can be stopped."""
+    psf = as_psf(psf)
+    linear, sharp, clipped = checked_pair(linear, sharp, psf.shape, clipped)
+    if statistics is None:
+        statistics = measure_channels(linear, psf, clipped)
+    statistics = checked_statistics(statistics, linear, psf.ndim)
+    what = "functions that give the error of a slope"
+    slopes = arguments.instances(slope_errors, object, what)
+    if not all(callable(own) for own in slopes):
+        raise arguments.refusal(what, slope_errors)
+    arguments.instance(guarded, bool, "whether it is guarded")
+    seen = yield from seeing(linear, sharp, psf.shape, clipped, statistics)
+    kept = np.ones(seen.cells.shape, dtype=np.float32)
+    if guarded:
+        kept = kept_of(seen, psf.shape)
+        sharp = mixed(linear, sharp, kept)
+    result = Judged(sharp, _trust(seen, kept, _Model.of(psf), slopes))
+    yield Progress("judging", 1, 1)
+    return result
+
+
+def _trust(
+    seen: Seen, kept: FloatArray, model: "_Model", slope_errors: Sequence[SlopeError]
+) -> Trust:
+    errors, blurs = np.zeros((2, *seen.cells.counts))
+    for number, each in enumerate(seen.channels):
+        error, blur = model.errors(each)
+        if slope_errors:
+            slope_error = slope_errors[number % len(slope_errors)](each.light)
+            error += np.square(slope_error) * _around(each.changed)
+        errors, blurs = errors + error + _around(each.invented), blurs + blur
+    changed, own = _around(seen.total("changed")), seen.cells.means(kept)
+    expected = np.square(own) * errors + np.square(1 - own) * blurs
+    share = own * changed / np.maximum(changed + errors, NOTHING)
+    error = np.sqrt(expected / len(seen.channels)).astype(np.float32)
+    believed = share.clip(0, 1).astype(np.float32)
+    return Trust(kept, seen.cells.spread(error), seen.cells.spread(believed))
+
+
+def _around(energy: FloatArray) -> FloatArray:
+    """Of a window around each cell."""
+    around: FloatArray = ndimage.gaussian_filter(energy, WIDTH)
+    return around
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -179,15 +212,16 @@ class _Model:
         lost = np.square(np.abs(1 - transfer)) / np.maximum(steps, NOTHING)
         return cls(np.array(gains), float(lost.mean()), float(np.square(psf).sum()))
 
-    def errors(self, seen: _Seen, found: PlaneStatistics) -> tuple[FloatArray, FloatArray]:
-        """Variances of the restored and of the blurred picture about the sharp one."""
+    def errors(self, seen: SeenChannel) -> tuple[FloatArray, FloatArray]:
+        """Variances of the restored and of the blurred plane about the sharp one."""
+        found, differences = seen.statistics, _around(seen.differences)
         share = np.ones_like(seen.light)
         if found.model is not None and found.model.mean > 0:
             share = found.model.variance(seen.light) / found.model.mean
         noise = np.maximum((found.relative_noise() * found.contrast) ** 2 * share, NOTHING)
         # white noise has twice its variance in the differences along each axis
-        own = seen.differences - 2 * seen.light.ndim * found.noise**2 * share
-        signal = np.maximum(own, FAINTEST * seen.differences) / self.passed
+        own = differences - 2 * seen.light.ndim * found.noise**2 * share
+        signal = np.maximum(own, FAINTEST * differences) / self.passed
         ratio = np.log(np.maximum(signal / noise, RATIOS[0]))
         restored = noise * np.exp(np.interp(ratio, np.log(RATIOS), np.log(self.gains)))
         return restored, signal * self.blur

@@ -19,11 +19,10 @@ from .. import arguments
 from .._typing import FloatArray, Image
 from ..deconvolution import (
     Deconvolver,
-    Guarded,
     LocalShrinkage,
     deconvolving,
-    guarding,
-    trusting,
+    judging,
+    measure_channels,
 )
 from ..deconvolution.varying import deconvolving_varying
 from ..edges import Edge, estimating_blur_extent, finding_edges, refining_edges
@@ -140,25 +139,25 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
     if method is None:
         method = DEFAULT_METHOD
         have = have.choosing(method=method)
+    clipped, field = have.clipped, have.field
+    middle = [(side - 1) / 2 for side in have.sides]
+    psf = made(have.psf, "a PSF").psf if field is None else field.at(*middle)
+    statistics = measure_channels(linear, psf, clipped)
     sharp: FloatArray
-    if have.field is not None:
-        psf = have.field.at(*((side - 1) / 2 for side in have.sides))
-        sharp = yield from deconvolving_varying(linear, have.field, method, clipped=have.clipped)
+    if field is not None:
+        sharp = yield from deconvolving_varying(linear, field, method, clipped=clipped)
     else:
-        psf = made(have.psf, "a PSF").psf
-        sharp = yield from deconvolving(linear, psf, method, clipped=have.clipped)
-    if options.guard:
-        guarded = yield from guarding(linear, sharp, psf.shape, clipped=have.clipped)
-    else:
-        guarded = Guarded.unjudged(sharp, psf.ndim)
-    trust = yield from trusting(
+        sharp = yield from deconvolving(linear, psf, method, clipped=clipped, statistics=statistics)
+    judged = yield from judging(
         linear,
-        guarded,
+        sharp,
         psf,
-        clipped=have.clipped,
+        clipped=clipped,
+        statistics=statistics,
         slope_errors=[own.slope_error for own in made(have.response, "a response").estimates],
+        guarded=options.guard,
     )
-    return replace(have, sharp_linear=guarded.sharp, trust=trust)
+    return replace(have, sharp_linear=judged.sharp, trust=judged.trust)
 
 
 def apply_response(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:  # noqa: ARG001 - every stage takes both

@@ -19,7 +19,8 @@ from ..session.step import Step
 from .base import Dock
 from .choices import AUTOMATIC, deconvolvers
 from .files import ask_folder, ask_open, ask_open_many, ask_save
-from .forms import MethodForm, row
+from .forms import row
+from .strength import DeconvolutionForm
 
 
 class BatchDock(Dock):
@@ -27,9 +28,7 @@ class BatchDock(Dock):
 
     def body(self) -> list[Widget]:
         """Layers and files to be deblurred, records and their script, exports."""
-        self._method = MethodForm(
-            "deconvolution", deconvolvers(), AUTOMATIC, "how the blur is undone"
-        )
+        self._method = DeconvolutionForm(deconvolvers(), AUTOMATIC)
         self._layers = Select(
             choices=self._originals,
             tooltip="photos and stacks of the same camera with the same blur; a stack is "

@@ -20,6 +20,7 @@ from .choices import (
     regions_box,
 )
 from .forms import MethodForm, blur_extent_box, tight
+from .strength import DeconvolutionForm
 
 
 class DeblurDock(Dock):
@@ -34,9 +35,7 @@ class DeblurDock(Dock):
         )
         self._psf = MethodForm("PSF", psf_estimators(), "automatic", "how the PSF is found")
         self._parts = regions_box()
-        self._method = MethodForm(
-            "deconvolution", deconvolvers(), "automatic", "how the blur is undone"
-        )
+        self._method = DeconvolutionForm(deconvolvers(), "automatic")
         button = self.button(
             "Deblur the photo",
             "find edges, response and PSF, deconvolve in linear light, and show the result",

@@ -29,8 +29,9 @@ from ..session.step import Step, at_once
 from .base import Dock, Followed
 from .choices import AUTOMATIC, PREFERRED, deconvolvers
 from .files import ask_save
-from .forms import MethodForm, row, sentence
+from .forms import row, sentence
 from .keys import PREVIEW
+from .strength import DeconvolutionForm
 
 WHOLE, SLICE, VISIBLE = "all of it", "the shown slice only", "the visible part only"
 NOTICED = 0.02  # share of clipped values that the user should know of, as in the command
@@ -94,11 +95,8 @@ class RestoreDock(Dock):
         chosen = preferences()
         name = PREFERRED[chosen.deconvolution]
         # Automatic is that method, too, and knows whether the PSF was given or estimated.
-        self._method = MethodForm(
-            "deconvolution",
-            deconvolvers(),
-            AUTOMATIC if name == "local shrinkage" else name,
-            "how the blur is undone",
+        self._method = DeconvolutionForm(
+            deconvolvers(), AUTOMATIC if name == "local shrinkage" else name
         )
         self._what = ComboBox(
             label="restore",

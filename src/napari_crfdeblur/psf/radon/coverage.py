@@ -50,7 +50,7 @@ def orientation_steps(angles: FloatArray) -> FloatArray:
     return np.diff(ordered, append=ordered[0] + np.pi)
 
 
-def judge(figures: dict[str, float]) -> PsfStatus:
+def coverage_status(figures: dict[str, float]) -> PsfStatus:
     """Status that the edges permit, by their coverage and the agreement of their halves."""
     good = (
         figures["orientations"] >= LEAST_ORIENTATIONS

@@ -11,7 +11,7 @@ from ... import arguments
 from ..._typing import FloatArray
 from ...progress import Job, Progress
 from ..base import Evidence, PsfEstimate, PsfEstimator, centered, cleared
-from .coverage import judge, measure_coverage
+from .coverage import coverage_status, measure_coverage
 from .edge_spreads import EdgeSpreads, linearized
 from .nonnegative import nonnegative_minimum
 from .spread_fit import Placed, Projection, PsfEquations, SpreadFunction, normal_equations
@@ -112,7 +112,7 @@ class RadonFit(PsfEstimator):
         figures = measure_coverage(state.placed, state.shapes())
         figures["halves"] = self._agreement(state)
         yield Progress("PSF from edges", STEPS, STEPS)
-        return PsfEstimate(centered(cleared(state.psf, NOISE)), judge(figures), figures)
+        return PsfEstimate(centered(cleared(state.psf, NOISE)), coverage_status(figures), figures)
 
     def _improved(self, state: "RadonState", done: int) -> "RadonState":
         """One step of Gauss and Newton, as far as it leads down."""
