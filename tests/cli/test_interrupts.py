@@ -83,7 +83,7 @@ def cut_short(start, program):
     [
         (DEBLUR, "once", 50, STAGES),
         (DEBLUR, "again", 8, STAGES),
-        (DEBLUR, "once", 2, []),  # also while our own stages are loaded
+        (DEBLUR, "once", 3, []),  # also while our own stages are loaded
         (SIMULATE, "again", 4, STAGES),
         (TILES, "once", 4, WITH_ZARR),
         (BATCH, "again", 6, STAGES),

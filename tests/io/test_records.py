@@ -14,14 +14,20 @@ import pytest
 
 from napari_crfdeblur.deconvolution import (
     Deconvolver,
+    Guarded,
     HyperLaplacian,
+    Judged,
     LightNoise,
     LocalShrinkage,
     PlaneStatistics,
     RichardsonLucy,
     SparseIrls,
+    Strengthened,
+    Swing,
     Tiled,
     TotalVariation,
+    Trust,
+    Verdict,
     Wiener,
 )
 from napari_crfdeblur.edges import Edge, EdgeStatus, Line, Rectangle
@@ -93,6 +99,7 @@ LEVELS = np.linspace(0, 1, 5)
 PRIOR = ResponsePrior(around(TABLE).mean, RANDOM.random((3, 1)) * around(Gamma(1.7)).directions[:3])
 NOISE = NoiseModel(floor=1e-3, mismatch=0.01, freedom=3.0)
 FIT = PolynomialFit(degree=4, boundary_weight=50.5, monotone_weight=3.25, resamples=7)
+TRUST = Trust(*(np.full((3, 4), share, np.float32) for share in (1, 0.1, 0.7)))
 OPTIONS = DeblurOptions(
     response=GivenResponse(Gamma(1.75)),
     edges=(Line((1.5, 2.0), (30.0, 4.25)), Edge((3.5, 4.25), (40.0, 9.0), 1, 11.5, 0.3)),
@@ -170,6 +177,12 @@ OBJECTS = [
     SparseIrls(weight=2e-3, model_error=0.02, exponent=0.9, iterations=3, steps=5),
     LightNoise(1e-3, -2e-6, 1e-7, 3e-4),
     PlaneStatistics(0.02, 0.7),
+    PlaneStatistics(0.02, 0.7, misfit=0.03, reckoned=0.5),
+    Swing(0.01, 0.02, 0.3),
+    Guarded(np.eye(3), np.eye(3, dtype=np.float32)),
+    TRUST,
+    Judged(np.eye(3), TRUST),
+    Strengthened(Tiled(Wiener()), 1.5),
     PlaneStatistics(0.02, 0.7, LightNoise(0.0, 4e-4, 8e-6, 4e-4)),
     LocalShrinkage(weight=1e-5, model_error=0.02, stages=4),
     TotalVariation(weight=1e-3, model_error=0.02, iterations=9),
@@ -196,6 +209,7 @@ CHOICES = [
     choice
     for kind in (
         *(Cameras, Channels, EdgeStatus, Finding, PsfStatus, ResponseStatus, RowScale, Stage, Tail),
+        Verdict,
     )
     for choice in kind
 ]

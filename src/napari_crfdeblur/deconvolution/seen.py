@@ -109,6 +109,7 @@ def _seen(
     # a plane that is below zero itself was recorded with an offset
     darkest = min(float(arrays.namespace(before).min(before)), 0.0) - noise
     brightest = _reached(_highest(before, cells)) + noise
+    white = brightest.max() - noise  # beyond it a photo that clips shows no change
     light, differences, below, above, changed, invented = np.zeros((6, *cells.counts))
     for rows, own, band in cells.bands():
         plane, sharp = (np.asarray(arrays.to_numpy(each[rows, ...])) for each in (before, after))
@@ -121,6 +122,8 @@ def _seen(
         if float(sharp.max()) > brightest[own].min():
             highest = band.held(brightest[own].astype(sharp.dtype))
             above[own] = band.energies(np.maximum(sharp - highest, 0))
+        if clipped is not None:
+            sharp = np.minimum(sharp, white)
         change = sharp - plane
         if clipped is not None:
             invented[own] = band.energies(change * arrays.to_numpy(clipped[rows, ...]))
