@@ -9,6 +9,7 @@ from . import arguments
 from ._typing import FloatArray, Image
 from .errors import CrfDeblurError
 
+MOST_SATURATED = 0.98  # share of a photo: what is left of it tells nothing
 ALPHA = 4  # channels of RGBA
 KINDS = (np.uint8, np.uint16, np.float16, np.float32, np.float64)
 
@@ -40,10 +41,15 @@ def check_photo(photo: Image) -> None:
             "use a photo of at least 8 x 8 pixels"
         )
     low, high = check_intensities(color(photo))
-    if low >= full_scale(photo):
+    if low >= full_scale(photo) or _saturated(color(photo)) > MOST_SATURATED:
         raise CrfDeblurError("the image is saturated throughout; use a shorter exposure")
     if low == high:
         raise CrfDeblurError("the image is constant; use a photo that shows something")
+
+
+def _saturated(pixels: Image) -> float:
+    """Share of the values that are at the top of the range."""
+    return float(np.count_nonzero(pixels >= full_scale(pixels)) / pixels.size)
 
 
 def check_intensities(pixels: Image) -> tuple[float, float]:

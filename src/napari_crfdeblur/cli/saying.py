@@ -52,7 +52,7 @@ def say_responses(found: Sequence[ResponseEstimate], camera: StoredCamera | None
 def say_psf(found: PsfEstimate) -> None:
     """How large the PSF is, and how far it can be trusted."""
     sides = " x ".join(map(str, reversed(found.psf.shape)))
-    say(f"PSF: {sides} pixels; {found.status.value}")
+    say(f"PSF: {sides} pixels; {found.sentence}")
 
 
 def say_field(field: PsfField) -> None:

@@ -19,6 +19,9 @@ POOLED = 5.0  # how much the whole picture counts beside a window: one PSF is wr
 LEAST = 0.1  # share of a change below which nothing is kept: a tenth of garbage is garbage
 WHOLE = 0.95  # share from which all is kept, so that a right restoration stays as it is
 WIDTH = 0.5  # PSF sides: standard deviation of the window in which a place is judged
+# Shares of the energy of differences, noise left out, that a restoration must leave for some of it
+# and for all of it to be kept, where these are so many times those of noise.
+SMOOTHED, UNSMOOTHED, DETAILED = 0.5, 0.8, 4.0
 LEAST_CLEAR = 0.1  # share of cells without clipped light near that are enough to judge the whole
 NOTHING = 1e-30  # energy: single precision holds it
 
@@ -138,10 +141,24 @@ def kept_of(seen: Seen, sides: tuple[int, ...], whole: Swing | None = None) -> F
     )
     share = np.sqrt(below * above) / np.maximum(changed, NOTHING)
     half = 1 / (1 + (share / TOLERATED) ** STEEPNESS)
-    kept = ((half - LEAST) / (WHOLE - LEAST)).clip(0, 1)
+    kept = ((half - LEAST) / (WHOLE - LEAST)).clip(0, 1) * _sharpened(seen, wide)
     if kept.min() == 1:
         return np.ones(seen.cells.shape, dtype=np.float32)
     return seen.cells.spread(kept.astype(np.float32))
+
+
+def _sharpened(seen: Seen, wide: list[float]) -> FloatArray:
+    """1 in each cell, or less where a restoration is smoother than the blurred picture.
+
+    No blur that is undone takes detail away: that is a noise which was taken for too large.
+    """
+    before, after, noise = (
+        ndimage.gaussian_filter(each, wide, mode="nearest", truncate=3)
+        for each in (seen.total("differences"), seen.total("restored"), seen.noise)
+    )
+    share = after / np.maximum(before - noise, NOTHING)
+    kept: FloatArray = ((share - SMOOTHED) / (UNSMOOTHED - SMOOTHED)).clip(0, 1)
+    return np.where(before > DETAILED * noise, kept, 1.0)
 
 
 def swing_of(

@@ -11,6 +11,7 @@ from .._typing import FloatArray
 SAMPLES = 1 << 16  # enough for .5 % of the noise level
 LEVELS = 16  # of light, equally many pixels in each
 FEWEST = 200  # pixels of a level, for 10 % of its noise level
+SATURATED = 1e-4  # of the range of light: so near its ends it is at them, but for rounding
 TRUSTED = 0.2  # share by which the variance of a level errs; those that err more hardly count
 REWEIGHTINGS = 8
 LARGEST = 1e30  # variance: single precision holds it
@@ -73,7 +74,8 @@ def fit_noise(plane: FloatArray) -> LightNoise:
     details, ``median |L * y| / (6 * 0.6745)`` (Immerkaer 1996, Donoho 1995), instead of from
     wavelets: pixels are sorted by the mean of 3 x 3 of them, which white noise leaves uncorrelated
     to `L * y`. The line is fitted with levels reweighted, of which some are textured. Pixels
-    without any detail, as in saturated areas, do not count.
+    without any detail at the darkest or the brightest light, as in saturated areas, do not count;
+    elsewhere they show that there is no noise, as in drawings.
 
     Parameters
     ----------
@@ -95,6 +97,8 @@ def fit_noise(plane: FloatArray) -> LightNoise:
         (light[part].mean(), _variance(detail[part])) for part in np.array_split(order, count)
     ]
     centers, variances = np.array(levels).T
+    if not variances.any():
+        return LightNoise(0.0, 0.0, 0.0, 0.0)
     return _line(centers, variances)
 
 
@@ -108,7 +112,7 @@ def check_plane(plane: FloatArray) -> FloatArray:
 
 
 def _light_and_detail(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Mean of 3 x 3 pixels and ``|L * y|`` at some places that have any detail."""
+    """Mean of 3 x 3 pixels and ``|L * y|`` at some places that are not saturated."""
     if min(plane.shape[-2:]) < 3:
         return np.zeros(0), np.zeros(0)
     every = 1 + prod(plane.shape) // (4 * SAMPLES)
@@ -118,7 +122,9 @@ def _light_and_detail(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
     )
     bent, light = bent_and_mean(above, row, below)
     detail = np.abs(bent)
-    some = detail > 0
+    low, high = (float(end) for end in (light.min(), light.max()))
+    margin = SATURATED * (high - low)
+    some = (detail > 0) | ((light > low + margin) & (light < high - margin))
     detail, light = detail[some], light[some]
     stride = 1 + detail.size // SAMPLES
     return np.asarray(light[::stride], dtype=float), np.asarray(detail[::stride], dtype=float)

@@ -27,8 +27,8 @@ class SeenChannel:
         Of the blurred plane.
     light : ndarray
         Blurred light.
-    differences : ndarray
-        Energy of the differences of the blurred plane along all axes.
+    differences, restored : ndarray
+        Energy of the differences of the blurred and of the restored plane along all axes.
     below : ndarray
         Energy of what was restored below zero by more than noise.
     above : ndarray
@@ -43,6 +43,7 @@ class SeenChannel:
     statistics: PlaneStatistics
     light: FloatArray
     differences: FloatArray
+    restored: FloatArray
     below: FloatArray
     above: FloatArray
     changed: FloatArray
@@ -66,6 +67,17 @@ class Seen:
     def total(self, name: str) -> FloatArray:
         """One of the energies, all channels together."""
         total: FloatArray = np.sum([getattr(each, name) for each in self.channels], axis=0)
+        return total
+
+    @property
+    def noise(self) -> FloatArray:
+        """Energy of the differences that is noise: twice its variance along each axis."""
+        axes = len(self.cells.shape)
+        total: FloatArray = np.zeros(self.cells.counts)
+        for each in self.channels:
+            model = each.statistics.model
+            own = each.statistics.noise**2 if model is None else model.variance(each.light)
+            total = total + 2 * axes * own
         return total
 
     @property
@@ -110,13 +122,14 @@ def _seen(
     darkest = min(float(arrays.namespace(before).min(before)), 0.0) - noise
     brightest = _reached(_highest(before, cells)) + noise
     white = brightest.max() - noise  # beyond it a photo that clips shows no change
-    light, differences, below, above, changed, invented = np.zeros((6, *cells.counts))
+    light, differences, restored, below, above, changed, invented = np.zeros((7, *cells.counts))
     for rows, own, band in cells.bands():
         plane, sharp = (np.asarray(arrays.to_numpy(each[rows, ...])) for each in (before, after))
         light[own] = band.means(plane)
         for axis in range(plane.ndim):
-            step = np.diff(plane, axis=axis, append=plane.take([-1], axis))
-            differences[own] += band.energies(step)
+            for values, energy in ((plane, differences), (sharp, restored)):
+                step = np.diff(values, axis=axis, append=values.take([-1], axis))
+                energy[own] += band.energies(step)
         if float(sharp.min()) < darkest:
             below[own] = band.energies(np.maximum(darkest - sharp, 0))
         if float(sharp.max()) > brightest[own].min():
@@ -132,7 +145,9 @@ def _seen(
     if clipped is not None:
         lamps = _reached(_highest(clipped, cells)) > 0
         above[lamps] = below[lamps]
-    return SeenChannel(statistics, light, differences, below, above, changed, invented, lamps)
+    return SeenChannel(
+        statistics, light, differences, restored, below, above, changed, invented, lamps
+    )
 
 
 def _highest(plane: FloatArray | BoolArray, cells: Cells) -> FloatArray:

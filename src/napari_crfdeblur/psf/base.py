@@ -20,6 +20,9 @@ from .status import PsfStatus
 SCALED = 1e-14  # distance of the sum from 1 that rounding leaves
 
 
+NARROW = 3.0  # pixels over which the light of a point is spread: a Gaussian of half a pixel
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PsfEstimate:
     """A point spread function and how it was found.
@@ -46,6 +49,13 @@ class PsfEstimate:
         psf = as_psf(self.psf)
         psf.setflags(write=False)
         object.__setattr__(self, "psf", psf)
+
+    @property
+    def sentence(self) -> str:
+        """How far it can be trusted, and whether there is hardly any blur, for the user."""
+        if 1 / float(np.square(self.psf).sum()) < NARROW:
+            return f"{self.status.value}; the photo is hardly blurred"
+        return str(self.status.value)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -93,7 +93,7 @@ def sentences(report: Report) -> dict[str, str]:
         which = f" ({', '.join(names)})" if len(found) > 1 else ""
         said[f"Response{which}"] = status + "."
     if report.psf is not None:
-        said["PSF"] = report.psf.status.value + "."
+        said["PSF"] = report.psf.sentence + "."
     if report.trust is not None:
         said["Result"] = verdict_sentence(report.trust) + "."
     for number, note in enumerate(report.notes, start=1):

@@ -267,7 +267,7 @@ class BlurDock(Dock):
         text, shade, doubt = NONE, None, False
         if psf is not None:
             sides = " x ".join(str(side) for side in reversed(psf.psf.shape))
-            text, doubt = f"{sides} px: {psf.status.value}", psf.status.doubted
+            text, doubt = f"{sides} px: {psf.sentence}", psf.status.doubted
         if parts is not None:
             text = (
                 f"{text}<br>PSFs of {'{} x {}'.format(*parts.grid)} parts: {trust_in_parts(parts)}"

@@ -229,7 +229,7 @@ class Workspace:
             said += fitted.doubts
             doubt |= not {*statuses} <= {ResponseStatus.GOOD, ResponseStatus.GIVEN}
         if psf is not None:
-            said.append(f"PSF: {psf.status.value}")
+            said.append(f"PSF: {psf.sentence}")
             doubt |= psf.status.doubted
         if parts is not None:
             said.append(f"PSFs of parts: {trust_in_parts(parts)}")

@@ -52,7 +52,7 @@ def step_contrast(plane: FloatArray) -> float:
     little; where more than half is lost, there is nothing but noise.
     """
     total, smooth = (_range(p) for p in (plane, ndimage.uniform_filter(plane, 5)))
-    if smooth < max(LEAST_CONTRAST, total / 2):
+    if min(total, smooth) < max(LEAST_CONTRAST, total / 2):
         raise CrfDeblurError(NO_STRUCTURE)
     return total
 
