@@ -77,6 +77,7 @@ CALLS: dict[Any, dict[str, Any]] = {
     profiles.of_channel: {"groups": GROUPS, "channel": 0},
     response.linearize: {"photo": PLANE, "curve": Gamma(2.2)},
     response.reapply: {"linear": PLANE, "curve": Gamma(2.2), "dtype": np.uint8},
+    response.pixel_worth: {"linear": PLANE, "curve": Gamma(2.0)},
     response.clipped_light: {"photo": PHOTO, "axes": 2},
     response.clipped_pixels: {"photo": PHOTO, "level": 0.9, "scatter": 0.01},
     response.clipped_share: {"linear": PLANE},
@@ -222,6 +223,8 @@ CALLS: dict[Any, dict[str, Any]] = {
         "psf": KERNEL,
         "method": Wiener(),
         "clipped": PLANE > 0.8,
+        "weights": PLANE + 0.1,
+        "statistics": [PlaneStatistics(0.01, 1.0)],
     },
     deconvolution.deconvolve_slices: {
         "stack": np.stack([PLANE, 1 - PLANE]),

@@ -51,7 +51,7 @@ class Spy(Deconvolver):
 
     calls: list = field(default_factory=list)
 
-    def run(self, plane, psf, *, clipped=None, statistics=None):
+    def run(self, plane, psf, *, clipped=None, weights=None, statistics=None):  # noqa: ARG002
         assert psf.shape == hook().shape
         self.calls.append((plane, clipped, statistics))
         yield Progress("spying", 1, 1)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from napari_crfdeblur.boundary import frame, periodic_shape
-from napari_crfdeblur.deconvolution.share import LEAST_SEEN, share_inside, share_without
+from napari_crfdeblur.deconvolution.share import LEAST_SEEN, share_inside, share_of
 from napari_crfdeblur.fourier import correlate, otf
 from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import as_psf
@@ -44,7 +44,7 @@ def test_without_pixels_less_is_seen(shape, sides):
 
     def without(pixels):
         at = Progress("share", 0, 1)
-        return drain(share_without(pixels, period, np.zeros(shape), transfer, at))
+        return drain(share_of(1.0 * ~pixels, transfer, period, at))
 
     some, none = without(free), without(np.zeros_like(free))
     np.testing.assert_allclose(none, share_inside(psf, np.zeros(shape)), atol=1e-9)

@@ -7,7 +7,7 @@ from adjoints import AT, PRECISIONS, ROUNDING, dot_test, linearity_test, uneven_
 from napari_crfdeblur import boundary, fourier
 from napari_crfdeblur.boundary import Band, banding, extend, frame, periodic_shape
 from napari_crfdeblur.deconvolution.recorded import BorderedBlur, MaskedBlur, Recorded
-from napari_crfdeblur.deconvolution.share import share_inside, share_without
+from napari_crfdeblur.deconvolution.share import share_inside, share_of
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf.blind.edge_prediction import EdgePredictor
 
@@ -188,7 +188,7 @@ def test_the_share_of_light_is_the_adjoint_of_counting_what_was_recorded(shape, 
     scene = np.abs(vector(period, 11))
     blurred = fourier.convolve(scene, transfer)[frame(shape)]
     whole = share_inside(psf, np.zeros(shape))
-    some = drain(share_without(free, period, np.zeros(shape), transfer, AT))
+    some = drain(share_of(1.0 * ~free, transfer, period, AT))
     for share, recorded in ((whole, blurred.sum()), (some, blurred[~free].sum())):
         seen = share > 0
         total = (scene[seen] / share[seen]).sum()

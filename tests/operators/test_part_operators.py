@@ -28,7 +28,7 @@ from napari_crfdeblur.psf.field.base import part_centers
 class Identity(Deconvolver):
     """Gives back what it is given."""
 
-    def run(self, plane, psf, *, clipped=None, statistics=None):
+    def run(self, plane, psf, *, clipped=None, weights=None, statistics=None):  # noqa: ARG002
         del psf, clipped, statistics
         yield AT
         return plane
@@ -38,7 +38,7 @@ class Identity(Deconvolver):
 class Blurring(Deconvolver):
     """Blurs once more, with nothing beyond the border: linear, and exactly as far as the PSF."""
 
-    def run(self, plane, psf, *, clipped=None, statistics=None):
+    def run(self, plane, psf, *, clipped=None, weights=None, statistics=None):  # noqa: ARG002
         del clipped, statistics
         yield AT
         return ndimage.convolve(plane, psf, mode="constant")

@@ -10,6 +10,7 @@ from ..errors import CrfDeblurError
 from ..progress import Job, drain
 from ..psf.base import as_psf
 from .noise import PlaneStatistics, checked_statistics
+from .weights import checked_weights, guessed, of_plane
 
 
 class Deconvolver(ABC):
@@ -34,6 +35,7 @@ class Deconvolver(ABC):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane (M, N) or a volume (Z, M, N).
@@ -48,6 +50,8 @@ class Deconvolver(ABC):
             Made by :func:`~napari_crfdeblur.psf.as_psf`, no larger than the plane.
         clipped : ndarray of bool, the shape of `plane`, optional
             True where the camera saturated: there the blurred light is at least `plane`.
+        weights : ndarray, the shape and kind of `plane`, optional
+            What each pixel is worth, from 0, not recorded, to 1, recorded to within the noise.
         statistics : PlaneStatistics, optional
             Noise and contrast of the whole picture, of which `plane` may be a part; by
             default they are measured on `plane`.
@@ -60,6 +64,7 @@ def deconvolving(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
     statistics: Sequence[PlaneStatistics] | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve`: reports progress, can be stopped."""
@@ -67,19 +72,25 @@ def deconvolving(
     psf = as_psf(psf)
     check_method(method)
     _check_image(linear, psf)
-    clipped = _checked(clipped, linear)
+    clipped, weights = _checked(clipped, linear), checked_weights(weights, linear)
     count = linear.shape[-1] if linear.ndim > psf.ndim else 1
     found: Sequence[PlaneStatistics | None] = [None] * count
     if statistics is not None:
         found = checked_statistics(statistics, linear, psf.ndim)
     if linear.ndim == psf.ndim:
-        return (yield from method.run(linear, psf, clipped=clipped, statistics=found[0]))
+        plane = linear if weights is None else guessed(linear, weights)
+        return (
+            yield from method.run(plane, psf, clipped=clipped, weights=weights, statistics=found[0])
+        )
     sharp: FloatArray = arrays.empty_like(linear)
     for channel in range(linear.shape[-1]):
         plane = arrays.contiguous(linear[..., channel])
         own = None if clipped is None else _checked(clipped[..., channel], plane)
-        job = method.run(plane, psf, clipped=own, statistics=found[channel])
-        sharp[..., channel] = yield from job
+        worth = None if weights is None else of_plane(weights[..., channel])
+        plane = plane if worth is None else guessed(plane, worth)
+        sharp[..., channel] = yield from method.run(
+            plane, psf, clipped=own, weights=worth, statistics=found[channel]
+        )
     return sharp
 
 
@@ -102,6 +113,7 @@ def deconvolving_slices(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve_slices`: reports progress, can be stopped."""
     stack = arguments.array(stack, "a stack of float32 or float64")
@@ -113,10 +125,14 @@ def deconvolving_slices(
         raise ValueError(
             f"expected clipped pixels of shape {tuple(stack.shape)}, got {tuple(clipped.shape)}"
         )
+    weights = checked_weights(weights, stack)
     sharp: FloatArray = arrays.empty_like(stack)
     for z in range(stack.shape[0]):
         own = None if clipped is None else clipped[z, ...]
-        sharp[z, ...] = yield from deconvolving(stack[z, ...], psf, method, clipped=own)
+        worth = None if weights is None else weights[z, ...]
+        sharp[z, ...] = yield from deconvolving(
+            stack[z, ...], psf, method, clipped=own, weights=worth
+        )
     return sharp
 
 
@@ -126,6 +142,7 @@ def deconvolve_slices(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
 ) -> FloatArray:
     """Undo the same blur in every slice of a stack, one by one.
 
@@ -140,6 +157,8 @@ def deconvolve_slices(
         For example :class:`~napari_crfdeblur.deconvolution.RichardsonLucy`.
     clipped : ndarray of bool, the shape of `stack`, optional
         True where the camera saturated.
+    weights : ndarray, the shape of `stack`, optional
+        What each pixel is worth, as for :func:`deconvolve`.
 
     Returns
     -------
@@ -151,7 +170,7 @@ def deconvolve_slices(
     CrfDeblurError
         As :func:`deconvolve`.
     """
-    return drain(deconvolving_slices(stack, psf, method, clipped=clipped))
+    return drain(deconvolving_slices(stack, psf, method, clipped=clipped, weights=weights))
 
 
 def _check_image(linear: FloatArray, psf: FloatArray) -> None:
@@ -192,6 +211,7 @@ def deconvolve(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
     statistics: Sequence[PlaneStatistics] | None = None,
 ) -> FloatArray:
     """Undo the blur of a linear image or volume.
@@ -207,6 +227,9 @@ def deconvolve(
         For example :class:`~napari_crfdeblur.deconvolution.HyperLaplacian`.
     clipped : ndarray of bool, the shape of `linear`, optional
         True where the camera saturated, so that the recorded light is only a lower bound.
+    weights : ndarray, the shape of `linear`, optional
+        What each pixel is worth: the inverse of its variance in any unit, 0 or more; 0 where
+        nothing was recorded, as of dust or a dead pixel. By default all are alike.
     statistics : sequence of PlaneStatistics, optional
         Of each channel (:func:`~.noise.measure_channels`); by default the method measures them.
 
@@ -219,6 +242,8 @@ def deconvolve(
     ------
     CrfDeblurError
         A PSF that is no PSF or larger than the image; an image that is not finite, or has values
-        above 1e9.
+        above 1e9; weights that are all zero.
     """
-    return drain(deconvolving(linear, psf, method, clipped=clipped, statistics=statistics))
+    return drain(
+        deconvolving(linear, psf, method, clipped=clipped, weights=weights, statistics=statistics)
+    )

@@ -67,6 +67,7 @@ class HyperLaplacian(Regularized):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -74,7 +75,7 @@ class HyperLaplacian(Regularized):
         reports = (Progress("hyper-Laplacian", done, total) for done in range(total + 1))
         yield (at := next(reports))
         found, weight = self.judge(plane, psf, clipped, statistics)
-        sharp, data = yield from recording(plane, psf, clipped, found.contrast, at)
+        sharp, data = yield from recording(plane, psf, clipped, found.contrast, at, weights)
         for _ in range(3):
             yield (at := next(reports))
         filters = partial(laplacian_power, gradient_power(sharp.shape, sharp))

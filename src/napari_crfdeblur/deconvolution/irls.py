@@ -70,6 +70,7 @@ class SparseIrls(Regularized):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -83,7 +84,7 @@ class SparseIrls(Regularized):
         extended /= found.contrast
         yield reports[1]
         scaled = plane / found.contrast
-        blur = yield from blurring(extended, scaled, psf, clipped, reports[1])
+        blur = yield from blurring(extended, scaled, psf, clipped, reports[1], weights)
         sharp = yield from _guessing(extended, blur, reports[1])
         for box, scene in filled.scenes:
             sharp[box] = scene / found.contrast
@@ -92,10 +93,10 @@ class SparseIrls(Regularized):
         for done in range(2, total, each):
             changed = yield from blur.choosing(sharp, reports[done])
             target = target if changed is None else changed
-            weights = yield from _weighing(sharp, weight, self.exponent, reports[done])
-            system = _System(blur, weights)
+            priors = yield from _weighing(sharp, weight, self.exponent, reports[done])
+            system = _System(blur, priors)
             yield from _solving(system, target, sharp, reports[done + 1 : done + each + 1])
-            del system, weights  # five planes, before the next five are made
+            del system, priors  # five planes, before the next five are made
         return sharp[frame(plane.shape)] * found.contrast
 
 

@@ -77,6 +77,7 @@ class LocalShrinkage(Regularized):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -84,7 +85,7 @@ class LocalShrinkage(Regularized):
         reports = [Progress("local shrinkage", done, total) for done in range(total + 1)]
         yield reports[0]
         found, weight = self.judge(plane, psf, clipped, statistics)
-        sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0])
+        sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0], weights)
         yield reports[1]
         filters = partial(_power, gradient_power(sharp.shape, sharp))
         scales = _noisiness(sharp, found)

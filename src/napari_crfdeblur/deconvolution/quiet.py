@@ -15,8 +15,9 @@ LEVELS = 6  # of light, equally many blocks in each
 QUIETEST = 0.01  # of the blocks of a level
 # Which of the levels counts: not the quietest, where noise may only grow otherwise than in a line.
 LEVEL = 0.25
-# What these quantiles are of blocks of nothing but white noise, over its variance, on average.
-OF_NOISE = 0.69
+# What these quantiles are at least of blocks of nothing but white noise, over its variance: .69 on
+# average, and hardly ever less than this, so that noise alone is never taken for less.
+OF_NOISE = 0.62
 DETAILED = 0.5  # share of a block's pixels that have some detail; saturated ones have none
 
 

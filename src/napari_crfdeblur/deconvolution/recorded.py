@@ -75,12 +75,65 @@ class Recorded:
             yield from band.gathering(share * change, picture, at)
 
 
+class Missing:
+    """A plane whose pixels are not worth the same, filled in as far as they are missing.
+
+    Majorize-minimize again: as far as a pixel is not worth its light, it holds what the sharp
+    picture found so far would have recorded there, as does the gap.
+
+    Parameters
+    ----------
+    extended : ndarray
+        Periodic continuation of the blurred plane.
+    transfer : ndarray
+        Half spectrum of the PSF.
+    weights : ndarray
+        Of the plane, 0 to 1.
+    """
+
+    def __init__(self, extended: FloatArray, transfer: ComplexArray, weights: FloatArray) -> None:
+        self.transfer, self.recorded = transfer, extended
+        self.light, self.share = arrays.copy(extended), 1 + 0 * extended
+        self.share[frame(weights.shape)] = 1 - weights
+
+    def filling(self, sharp: FloatArray, at: Progress) -> Job[None]:
+        """Job: fill in what the sharp picture would have recorded."""
+        blurred = yield from convolving(sharp, self.transfer, at)
+        yield at
+        change = self.recorded + self.share * (blurred - self.recorded) - self.light
+        change *= RELAXATION * (self.share > 0)
+        self.light += change
+
+
+class Weighted(Recorded):
+    """The data of a plane whose pixels are not worth the same.
+
+    Parameters
+    ----------
+    missing : Missing
+    gain, correlated
+        As for :class:`Recorded`.
+    """
+
+    def __init__(self, missing: Missing, gain: FloatArray, correlated: ComplexArray) -> None:
+        super().__init__(missing.light, gain, correlated, [])
+        self.missing = missing
+
+    def filling(self, sharp: FloatArray, at: Progress) -> Job[None]:
+        """Job: fill in what the sharp picture would have recorded, as far as it is missing."""
+        yield from self.missing.filling(sharp, at)
+        self.correlated = forward(self.missing.light)
+        multiply_conjugate(self.correlated, self.missing.transfer)
+        yield at
+
+
 def recording(
     plane: FloatArray,
     psf: FloatArray,
     clipped: BoolArray | None,
     scale: float,
     at: Progress,
+    weights: FloatArray | None = None,
 ) -> Job[tuple[FloatArray, Recorded]]:
     """Job: a plane over `scale`, highlights filled in and extended; and the data it gives."""
     filled = yield from filling(plane, psf, clipped, at)
@@ -93,8 +146,11 @@ def recording(
     yield at
     correlated = forward(extended)
     multiply_conjugate(correlated, transfer)
-    del transfer  # three planes are all that is kept
     yield at
+    if weights is not None:
+        missing = Missing(arrays.copy(extended), transfer, weights)
+        return extended, Weighted(missing, gain, correlated)
+    del transfer  # three planes are all that is kept
     sides = yield from banding(plane.shape, extended, psf, at)
     return extended, Recorded(extended, gain, correlated, sides)
 
@@ -161,15 +217,21 @@ class BorderedBlur:
 
 
 class MaskedBlur:
-    """Some pixels are clipped: they take part where the scene found falls short of them."""
+    """Some pixels are worth less, or are clipped: those take part where the scene falls short."""
 
     def __init__(
-        self, transfer: ComplexArray, extended: FloatArray, plane: FloatArray, clipped: BoolArray
+        self,
+        transfer: ComplexArray,
+        extended: FloatArray,
+        plane: FloatArray,
+        clipped: BoolArray | None,
+        weights: FloatArray | None = None,
     ) -> None:
         self.transfer, self.gain = transfer, power(transfer)
         self.clipped, self.known = clipped, plane.shape
         self.light, self.mask = 0 * extended, 0 * extended
         self.light[frame(self.known)] = plane
+        self.weights = 1 + 0 * plane if weights is None else weights
         self._leave_out(clipped)
 
     def correlate(self, spectrum: ComplexArray) -> None:
@@ -193,6 +255,8 @@ class MaskedBlur:
 
     def choosing(self, scene: FloatArray, at: Progress) -> Job[FloatArray | None]:
         """Job: clipped pixels take part where the scene found falls short of them."""
+        if self.clipped is None:
+            return None
         blurred = yield from convolving(scene, self.transfer, at)
         yield at
         inside = frame(self.known)
@@ -201,10 +265,11 @@ class MaskedBlur:
         self._leave_out(free)
         return (yield from self.reversing(scene, at))
 
-    def _leave_out(self, free: BoolArray) -> None:
+    def _leave_out(self, free: BoolArray | None) -> None:
         inside = frame(self.known)
-        self.mask[inside] = 1
-        self.mask[inside] = arrays.namespace(free).where(free, 0.0, self.mask[inside])
+        self.mask[inside] = self.weights
+        if free is not None:
+            self.mask[inside] = arrays.namespace(free).where(free, 0.0, self.weights)
 
 
 def blurring(
@@ -213,10 +278,11 @@ def blurring(
     psf: FloatArray,
     clipped: BoolArray | None,
     at: Progress,
+    weights: FloatArray | None = None,
 ) -> Job[RecordedBlur]:
     """Job: the blur and the mask of a plane that was extended for deconvolution."""
     transfer = kept_otf(psf, extended.shape, extended)
     yield at
-    if clipped is not None:
-        return MaskedBlur(transfer, extended, plane, clipped)
+    if clipped is not None or weights is not None:
+        return MaskedBlur(transfer, extended, plane, clipped, weights)
     return BorderedBlur(transfer, plane.shape, (yield from banding(plane.shape, extended, psf, at)))

@@ -15,7 +15,7 @@ from . import loops
 from .base import Deconvolver
 from .damping import smoothed, undamped
 from .noise import PlaneStatistics, measure
-from .share import share_inside, share_without
+from .share import share_inside, share_of
 
 FAINTEST = 1e-6  # damping, in standard deviations, that any noise exceeds
 STRONGEST = 1e3  # damping, that keeps everything as it was recorded
@@ -70,6 +70,7 @@ class RichardsonLucy(Deconvolver):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF.
@@ -83,7 +84,7 @@ class RichardsonLucy(Deconvolver):
         yield next(reports)
         restraint = Restraint(self.total_variation, self.damping, found)
         light = _light(plane)
-        scene = yield from restoring(light, psf, clipped, steps, reports, restraint)
+        scene = yield from restoring(light, psf, clipped, steps, reports, restraint, weights)
         result: FloatArray = arrays.contiguous(scene[frame(plane.shape)])
         return result
 
@@ -122,6 +123,7 @@ def restoring(
     iterations: int,
     reports: Iterator[Progress],
     restraint: Restraint | None = None,
+    weights: FloatArray | None = None,
 ) -> Job[FloatArray]:
     """Job: the scene, continued beyond the frame as far as it sheds light into it.
 
@@ -135,10 +137,16 @@ def restoring(
         Two for every step, and two before.
     restraint : Restraint, optional
         What holds the noise back; by default nothing.
+    weights : ndarray, the shape of `plane`, optional
+        What each pixel is worth: the mask `m`, 0 to 1.
     """
     transfer = kept_otf(psf, periodic_shape(plane.shape, psf.shape), plane)
     yield (at := next(reports))
-    share = inside = share_inside(psf, plane)
+    if weights is None:
+        inside = share_inside(psf, plane)
+    else:
+        inside = yield from share_of(weights, transfer, periodic_shape(plane.shape, psf.shape), at)
+    share = inside
     sharp: FloatArray = arrays.zeros(periodic_shape(plane.shape, psf.shape), plane)
     sharp[...] = max(arrays.mean(plane), _tiny(plane))
     # of dark pixels, where rounding could make the prediction zero or negative
@@ -152,11 +160,15 @@ def restoring(
             free = _any(clipped & (ratio[frame(plane.shape)] > plane))
             share = inside
             if free is not None:
-                share = yield from share_without(free, ratio.shape, plane, transfer, at)
+                mask = arrays.namespace(plane).astype(~free, plane.dtype)
+                mask = mask if weights is None else mask * weights
+                share = yield from share_of(mask, transfer, ratio.shape, at)
         kept = restraint.damp(plane, ratio[frame(plane.shape)]) if restraint else None
         _divide(plane, ratio, free, floor)
         if kept is not None:
             _keep(ratio[frame(plane.shape)], kept, free)
+        if weights is not None:
+            ratio[frame(plane.shape)] *= weights
         yield (at := next(reports))
         correction = yield from correlating(ratio, transfer, at)
         del ratio  # the memory of one plane

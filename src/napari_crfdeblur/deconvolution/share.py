@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import arrays
-from .._typing import BoolArray, FloatArray
+from .._typing import FloatArray
 from ..boundary import frame, periodic_shape
 from ..fourier import ComplexArray, correlating
 from ..progress import Job, Progress
@@ -44,16 +44,12 @@ def _one_over(seen: FloatArray) -> FloatArray:
     return part
 
 
-def share_without(
-    free: BoolArray,
-    shape: tuple[int, ...],
-    plane: FloatArray,
-    transfer: ComplexArray,
-    at: Progress,
+def share_of(
+    mask: FloatArray, transfer: ComplexArray, shape: tuple[int, ...], at: Progress
 ) -> Job[FloatArray]:
-    """Job: :func:`share_inside` of that `shape`, where some pixels of the frame do not count."""
-    recorded = arrays.zeros(shape, plane)
-    recorded[frame(plane.shape)] = arrays.namespace(plane).astype(~free, plane.dtype)
+    """Job: :func:`share_inside` of that `shape`, of a frame whose pixels count by a mask."""
+    recorded = arrays.zeros(shape, mask)
+    recorded[frame(mask.shape)] = mask
     seen = yield from correlating(recorded, transfer, at)
     for block in arrays.blocks(seen):
         seen[block, ...] = _one_over(seen[block, ...])

@@ -51,6 +51,7 @@ class Strengthened(Deconvolver):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -61,7 +62,9 @@ class Strengthened(Deconvolver):
         found = statistics or measure(plane, psf, clipped)
         if self.strength > 1:
             found = replace(found, reckoned=found.reckoned * LEAST_RECKONED ** (self.strength - 1))
-        sharp = yield from self.method.run(plane, psf, clipped=clipped, statistics=found)
+        sharp = yield from self.method.run(
+            plane, psf, clipped=clipped, weights=weights, statistics=found
+        )
         if self.strength < 1:
             sharp = plane + self.strength * (sharp - plane)
         return sharp

@@ -140,6 +140,7 @@ class Tiled(Deconvolver):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF, tile by tile."""
@@ -148,7 +149,10 @@ class Tiled(Deconvolver):
         sharp: FloatArray = array_namespace(plane).empty_like(plane)
         for number, tile in enumerate(grid):
             own = None if clipped is None or not clipped[tile.outer].any() else clipped[tile.outer]
-            job = self.method.run(plane[tile.outer], psf, clipped=own, statistics=found)
+            worth = None if weights is None else weights[tile.outer]
+            job = self.method.run(
+                plane[tile.outer], psf, clipped=own, weights=worth, statistics=found
+            )
             sharp[tile.inner] = (yield from nth(job, number, len(grid), "tile"))[tile.kept]
         return sharp
 

@@ -60,6 +60,7 @@ class TotalVariation(Regularized):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -67,7 +68,7 @@ class TotalVariation(Regularized):
         reports = [Progress("total variation", done, total) for done in range(total + 1)]
         yield reports[0]
         found, weight = self.judge(plane, psf, clipped, statistics)
-        sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0])
+        sharp, data = yield from recording(plane, psf, clipped, found.contrast, reports[0], weights)
         yield reports[1]
         filters = partial(laplacian_power, gradient_power(sharp.shape, sharp))
         multipliers, coupling = [0 * sharp for _ in sharp.shape], weight / THRESHOLD

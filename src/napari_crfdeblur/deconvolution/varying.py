@@ -15,6 +15,7 @@ from ..psf.field.base import PsfField
 from ..psf.misfit import evenly, misfit
 from .base import Deconvolver, check_method
 from .noise import PlaneStatistics, measure
+from .weights import checked_weights, guessed, of_plane
 
 SMALLEST = 72  # pixels between windows; below, the overlap is most of the work
 CHANGE = 1.5  # pixels that the ends of the PSF move from one window to the next
@@ -57,6 +58,7 @@ def deconvolving_varying(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
 ) -> Job[FloatArray]:
     """Job of :func:`deconvolve_varying`: reports progress, can be stopped."""
     linear = arguments.array(linear, "an image of float32 or float64")
@@ -65,6 +67,7 @@ def deconvolving_varying(
     if clipped is not None:
         clipped = arguments.array(clipped, "clipped pixels as bool", kinds=("bool",))
     _check(linear, psfs, clipped)
+    weights = checked_weights(weights, linear)
     sharp = np.zeros_like(linear)
     windows = list(_windows(psfs))
     channels = list(np.ndindex(linear.shape[2:]))
@@ -72,6 +75,8 @@ def deconvolving_varying(
     for number, channel in enumerate(channels):
         plane = np.ascontiguousarray(linear[:, :, *channel])
         lost = None if clipped is None else clipped[:, :, *channel]
+        worth = None if weights is None else of_plane(weights[:, :, *channel])
+        plane = plane if worth is None else guessed(plane, worth)
         at = Progress("deconvolving windows", number * len(windows), total)
         statistics = yield from _judging(plane, psfs, windows, lost, at)
         for done, window in enumerate(windows):
@@ -83,6 +88,7 @@ def deconvolving_varying(
                     np.ascontiguousarray(plane[rows, columns]),
                     psfs.at(*window.center),
                     clipped=own,
+                    weights=None if worth is None else np.ascontiguousarray(worth[rows, columns]),
                     statistics=statistics,
                 ),
                 Progress("deconvolving windows", number * len(windows) + done, total),
@@ -99,6 +105,7 @@ def deconvolve_varying(
     method: Deconvolver,
     *,
     clipped: BoolArray | None = None,
+    weights: FloatArray | None = None,
 ) -> FloatArray:
     """Undo a blur that varies across a linear image.
 
@@ -118,6 +125,8 @@ def deconvolve_varying(
         What is done with each window; the strength of its regularization is that of the whole.
     clipped : ndarray of bool, the shape of `linear`, optional
         True where the camera saturated.
+    weights : ndarray, the shape of `linear`, optional
+        What each pixel is worth, as for :func:`~.base.deconvolve`.
 
     Returns
     -------
@@ -129,9 +138,9 @@ def deconvolve_varying(
     ValueError
         The field is of a picture of another shape.
     CrfDeblurError
-        Pixels that are not finite.
+        Pixels that are not finite, or weights that are all zero.
     """
-    return drain(deconvolving_varying(linear, psfs, method, clipped=clipped))
+    return drain(deconvolving_varying(linear, psfs, method, clipped=clipped, weights=weights))
 
 
 def _judging(

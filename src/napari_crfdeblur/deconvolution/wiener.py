@@ -17,7 +17,10 @@ from ..fourier import (
 from ..progress import Job, Progress
 from .highlights import filling
 from .noise import PlaneStatistics
+from .recorded import Missing
 from .regularized import Regularized
+
+FILLINGS = 4  # of pixels that are worth less, as many as a splitting method has stages, less two
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +48,7 @@ class Wiener(Regularized):
         psf: FloatArray,
         *,
         clipped: BoolArray | None = None,
+        weights: FloatArray | None = None,
         statistics: PlaneStatistics | None = None,
     ) -> Job[FloatArray]:
         """Long job: deconvolve a plane or volume with a checked PSF."""
@@ -56,13 +60,23 @@ class Wiener(Regularized):
         yield next(reports)
         transfer = kept_otf(psf, extended.shape, plane)
         yield next(reports)
-        spectrum = forward(extended)
-        _filter(spectrum, transfer, extended.shape, weight)
+        sharp = _filtered(extended, transfer, weight)
+        yield (at := next(reports))
+        if weights is not None:
+            missing = Missing(extended, transfer, weights)
+            for _ in range(FILLINGS):
+                yield from missing.filling(sharp, at)
+                sharp = _filtered(missing.light, transfer, weight)
+                yield at
         yield next(reports)
-        sharp = inverse(spectrum, extended.shape)[frame(plane.shape)]
-        yield next(reports)
-        result: FloatArray = arrays.contiguous(sharp)
+        result: FloatArray = arrays.contiguous(sharp[frame(plane.shape)])
         return result
+
+
+def _filtered(extended: FloatArray, transfer: ComplexArray, weight: float) -> FloatArray:
+    spectrum = forward(extended)
+    _filter(spectrum, transfer, extended.shape, weight)
+    return inverse(spectrum, extended.shape)
 
 
 def _filter(

@@ -1,13 +1,13 @@
 """What is done with one tile: the path from linear light on, the blur undone as in the whole."""
 
 from dataclasses import dataclass, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
-from .._typing import BoolArray, FloatArray, Image
-from ..deconvolution import Deconvolver, PlaneStatistics, Swing, guard
-from ..deconvolution.tiles import Tile
+from .._typing import FloatArray, Image
+from ..deconvolution import Deconvolver, PlaneStatistics, Swing, deconvolving, guard
+from ..deconvolution.tiles import Region, Tile
 from ..estimate import Responses
 from ..pipeline import DeblurOptions, Intermediates, Stage, walking
 from ..pipeline.intermediates import made
@@ -85,37 +85,43 @@ class Recipe:
         """The stage in which the blur is undone, for a tile of the whole."""
 
         def stage(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:  # noqa: ARG001 - as every stage
-            light, clipped = made(have.linear, "linear light"), have.clipped
             if isinstance(self.psf, PsfField):
-                sharp = self._pieced(light, clipped, self.psf, tile)
+                sharp = self._pieced(have, self.psf, tile)
             else:
-                sharp = self.deconvolved(light, clipped, self.psf)[tile.kept]
+                sharp = self.deconvolved(have, self.psf)[tile.kept]
             yield from ()
             return replace(have, photo=have.photo[tile.kept], sharp_linear=sharp)
 
         return stage
 
-    def _pieced(
-        self, light: FloatArray, clipped: BoolArray, psfs: PsfField, tile: Tile
-    ) -> FloatArray:
+    def _pieced(self, have: Intermediates, psfs: PsfField, tile: Tile) -> FloatArray:
         """A tile, piece by piece, of each with the PSF of its middle."""
+        light = made(have.linear, "linear light")
         inner = (own.stop - own.start for own in tile.inner)
         sharp = np.zeros((*inner, *light.shape[2:]), dtype=light.dtype)
         for piece in pieces(psfs, tile):
-            psf = psfs.at(*piece.center)
-            whole = self.deconvolved(light[piece.outer], clipped[piece.outer], psf)[piece.kept]
+            whole = self.deconvolved(have, psfs.at(*piece.center), piece.outer)[piece.kept]
             weight = piece.weight[..., None] if self.color else piece.weight
             sharp[piece.inner] += weight * whole
         return sharp
 
-    def deconvolved(self, light: FloatArray, clipped: BoolArray, psf: FloatArray) -> FloatArray:
+    def deconvolved(
+        self, have: Intermediates, psf: FloatArray, part: Region | None = None
+    ) -> FloatArray:
         """All channels of a part, deconvolved with one PSF and guarded, if that is wished."""
-        sharp = np.empty_like(light)
-        for channel, found in enumerate(self.statistics):
-            own = (..., channel) if self.color else ...
-            plane, mask = np.ascontiguousarray(light[own]), np.ascontiguousarray(clipped[own])
-            lost = mask if mask.any() else None
-            sharp[own] = drain(self.method.run(plane, psf, clipped=lost, statistics=found))
+        own: Any = ... if part is None else part
+        light, clipped = made(have.linear, "linear light")[own], have.clipped[own]
+        worth = have.worth
+        sharp: FloatArray = drain(
+            deconvolving(
+                np.ascontiguousarray(light),
+                psf,
+                self.method,
+                clipped=clipped,
+                weights=None if worth is None else worth[own],
+                statistics=self.statistics,
+            )
+        )
         if self.swing is None:
             return sharp
         return guard(light, sharp, psf.shape, clipped=clipped, whole=self.swing).sharp

@@ -48,7 +48,7 @@ def measure_swing(photo: "Source | Image | Array", recipe: Recipe) -> Swing:
         if isinstance(psf, PsfField):
             psf = psf.at(*((own.start + own.stop) / 2 for own in place))
         light = made(have.linear, "linear light")
-        sharp = recipe.deconvolved(light, have.clipped, psf)
+        sharp = recipe.deconvolved(have, psf)
         found.append(swing_of(light, sharp, sides, clipped=have.clipped))
     return Swing.mean(found)
 

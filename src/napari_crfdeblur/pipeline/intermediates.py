@@ -16,7 +16,7 @@ from ..estimate import Responses
 from ..photo import ALPHA
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
-from ..response import clipped_light
+from ..response import clipped_light, pixel_worth
 
 PLANE, VOLUME = 2, 3  # axes
 T = TypeVar("T")
@@ -120,6 +120,22 @@ class Intermediates:
     def clipped(self) -> BoolArray:
         """Where the camera saturated, the shape of `linear`."""
         return clipped_light(self.colors, axes=self.axes)
+
+    @property
+    def worth(self) -> FloatArray | None:
+        """What each pixel of `linear` is worth, by the slope of the response; None if all alike."""
+        linear = made(self.linear, "linear light")
+        curves = made(self.response, "a response").estimates
+        if not self.has_colors:
+            return pixel_worth(linear, curves[0].curve)
+        found = [
+            pixel_worth(linear[..., number], curves[number % len(curves)].curve)
+            for number in range(self.channels)
+        ]
+        if all(each is None for each in found):
+            return None
+        alike = np.ones(linear.shape[:-1], dtype=np.float32)
+        return np.stack([alike if each is None else each for each in found], axis=-1)
 
     @property
     def alpha(self) -> Image | None:

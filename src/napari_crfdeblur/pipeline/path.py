@@ -139,15 +139,19 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
     if method is None:
         method = DEFAULT_METHOD
         have = have.choosing(method=method)
-    clipped, field = have.clipped, have.field
+    clipped, field, weights = have.clipped, have.field, have.worth
     middle = [(side - 1) / 2 for side in have.sides]
     psf = made(have.psf, "a PSF").psf if field is None else field.at(*middle)
     statistics = measure_channels(linear, psf, clipped)
     sharp: FloatArray
     if field is not None:
-        sharp = yield from deconvolving_varying(linear, field, method, clipped=clipped)
+        sharp = yield from deconvolving_varying(
+            linear, field, method, clipped=clipped, weights=weights
+        )
     else:
-        sharp = yield from deconvolving(linear, psf, method, clipped=clipped, statistics=statistics)
+        sharp = yield from deconvolving(
+            linear, psf, method, clipped=clipped, weights=weights, statistics=statistics
+        )
     judged = yield from judging(
         linear,
         sharp,

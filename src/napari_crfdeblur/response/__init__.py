@@ -15,6 +15,7 @@ from .prior import Cameras, ResponsePrior, around
 from .saturation import clipped_light, clipped_pixels
 from .tabulated import Tabulated, monotone
 from .tuned import Tuned, tuned
+from .worth import pixel_worth
 
 __all__ = [
     "SRGB",
@@ -38,6 +39,7 @@ __all__ = [
     "linearize",
     "linearizing",
     "monotone",
+    "pixel_worth",
     "reapply",
     "reapplying",
     "tuned",
