@@ -110,7 +110,7 @@ class Recipe:
     ) -> FloatArray:
         """All channels of a part, deconvolved with one PSF and guarded, if that is wished."""
         own: Any = ... if part is None else part
-        light, clipped = made(have.linear, "linear light")[own], have.clipped[own]
+        light, clipped = made(have.linear, "linear light")[own], have.lamps[own]
         worth = have.worth
         sharp: FloatArray = drain(
             deconvolving(

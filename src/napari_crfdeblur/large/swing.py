@@ -49,7 +49,7 @@ def measure_swing(photo: "Source | Image | Array", recipe: Recipe) -> Swing:
             psf = psf.at(*((own.start + own.stop) / 2 for own in place))
         light = made(have.linear, "linear light")
         sharp = recipe.deconvolved(have, psf)
-        found.append(swing_of(light, sharp, sides, clipped=have.clipped))
+        found.append(swing_of(light, sharp, sides, clipped=have.lamps))
     return Swing.mean(found)
 
 

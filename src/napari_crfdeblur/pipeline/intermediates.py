@@ -18,6 +18,7 @@ from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
 from ..response import clipped_light, pixel_worth
 
+GROUND = 0.35  # share of the pixels of a channel: more are not lamps, but what lies behind
 PLANE, VOLUME = 2, 3  # axes
 T = TypeVar("T")
 
@@ -120,6 +121,21 @@ class Intermediates:
     def clipped(self) -> BoolArray:
         """Where the camera saturated, the shape of `linear`."""
         return clipped_light(self.colors, axes=self.axes)
+
+    @property
+    def lamps(self) -> BoolArray:
+        """Where light was brighter than recorded: what is clipped, unless that is the ground.
+
+        What is white in so much of a photo is paper or a screen, as bright as white. Taken for a
+        lower bound, it would hold any light: text on white, whose white just saturates, loses 3 to
+        6 dB so; where it is 15 % brighter, no way is better, and at 40 % lamps win by .1 to .5 dB.
+        """
+        clipped = self.clipped
+        for channel in np.ndindex(clipped.shape[self.axes :]):
+            own = (..., *channel)
+            if clipped[own].mean() > GROUND:
+                clipped[own] = False
+        return clipped
 
     @property
     def worth(self) -> FloatArray | None:

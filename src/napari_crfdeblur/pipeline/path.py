@@ -139,7 +139,7 @@ def undo_blur(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]
     if method is None:
         method = DEFAULT_METHOD
         have = have.choosing(method=method)
-    clipped, field, weights = have.clipped, have.field, have.worth
+    clipped, field, weights = have.lamps, have.field, have.worth
     middle = [(side - 1) / 2 for side in have.sides]
     psf = made(have.psf, "a PSF").psf if field is None else field.at(*middle)
     statistics = measure_channels(linear, psf, clipped)

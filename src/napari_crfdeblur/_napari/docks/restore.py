@@ -126,7 +126,8 @@ class RestoreDock(Dock):
         )
         restore = self.button(
             "Restore",
-            "linearize, deconvolve and re-apply the response: three new layers",
+            "linearize, deconvolve and re-apply the response: new layers, of which a hidden one "
+            "says what can be believed",
             lambda: self.run(block=False),
         )
         into = self.button(

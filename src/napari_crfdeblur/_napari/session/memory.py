@@ -18,10 +18,13 @@ def check_room(source: PhotoStack, region: Region) -> None:
     Raises
     ------
     CrfDeblurError
-        The three layers of the result: two of float32, and one like the photo.
+        The layers of the result: two of float32, one like the photo, and what says how far to
+        believe it, three planes of float32 for all channels.
     """
-    values = prod(axis.stop - axis.start for axis in region) * (3 if source.rgb else 1)
-    needed, free = values * (8 + source.dtype.itemsize), psutil.virtual_memory().available
+    pixels = prod(axis.stop - axis.start for axis in region)
+    channels = 3 if source.rgb else 1
+    needed = pixels * (channels * (8 + source.dtype.itemsize) + 12)
+    free = psutil.virtual_memory().available
     if needed > SHARE * free:
         raise CrfDeblurError(
             f"the results would take {needed / GIGA:.1f} GB of memory, of which {free / GIGA:.1f} "
