@@ -122,7 +122,10 @@ def test_steps_in_the_wrong_order_are_refused_in_a_sentence(
     assert names(dock) == ["panels", "panels [PSF]"]
 
 
-def test_gamma_is_put_beside_the_result(qtbot: QtBot, dock: RestoreDock) -> None:
+def test_gamma_is_put_beside_the_result(
+    qtbot: QtBot, dock: RestoreDock, blurred: Simulated
+) -> None:
+    dock.session.set_psf(blurred.psf)  # with a wrong one both would be the photo
     dock._beside.value = True
     click(dock, "Restore")
     ended(qtbot, dock)
