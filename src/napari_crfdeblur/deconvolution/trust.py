@@ -14,6 +14,7 @@ from ..psf.base import as_psf
 from .guard import kept_of, mixed
 from .noise import PlaneStatistics, checked_statistics, measure_channels
 from .seen import Seen, SeenChannel, checked_pair, seeing
+from .steepness import contradicts
 
 WIDTH = 1.0  # cells: standard deviation of the window in which a picture is alike
 GRID = 96  # pixels of the period on which the spectrum of a PSF is known, or twice the PSF
@@ -101,7 +102,8 @@ def judge(
         Relative error of the slope of the inverse response at some light, for all channels or for
         each; by default there is none.
     guarded : bool
-        Whether what is impossible gives way to the blurred picture (:func:`~.guard.guard`).
+        Whether what is impossible gives way to the blurred picture (:func:`~.guard.guard`), and
+        all of it if the picture is sharper than the PSF permits (:func:`~.steepness.contradicts`).
 
     Raises
     ------
@@ -147,7 +149,7 @@ def judging(
     seen = yield from seeing(linear, sharp, psf.shape, clipped, statistics)
     kept = np.ones(seen.cells.shape, dtype=np.float32)
     if guarded:
-        kept = kept_of(seen, psf.shape)
+        kept = 0 * kept if contradicts(linear, psf) else kept_of(seen, psf.shape)
         sharp = mixed(linear, sharp, kept)
     result = Judged(sharp, _trust(seen, kept, _Model.of(psf), slopes))
     yield Progress("judging", 1, 1)
