@@ -12,10 +12,14 @@ BEYOND = 1.5
 # and in so many of all pixels. Of twelve real photos eleven have at most .3 %, one with a PSF that
 # is far too large 6 %; a screenshot 12 %.
 MOST_STEEP = 0.03
+PLANE = 2  # axes
 
 
 def contradicts(linear: FloatArray, psf: FloatArray) -> bool:
     """Whether a photo cannot have been blurred by a PSF.
+
+    Volumes are never said to: of beads, which are far brighter than what is recorded of them, no
+    step is too steep.
 
     Parameters
     ----------
@@ -24,7 +28,9 @@ def contradicts(linear: FloatArray, psf: FloatArray) -> bool:
     psf : ndarray, shape (H, W) or (D, H, W)
         Made by :func:`~napari_crfdeblur.psf.as_psf`.
     """
-    axes = tuple(range(psf.ndim))
+    if psf.ndim != PLANE:
+        return False
+    axes = tuple(range(PLANE))
     for channel in np.ndindex(tuple(linear.shape[psf.ndim :])):
         plane = np.asarray(arrays.to_numpy(linear[(..., *channel)]))
         white = float(plane.max()) - min(float(plane.min()), 0.0)
