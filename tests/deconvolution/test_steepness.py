@@ -44,6 +44,12 @@ def test_a_drawing_comes_back_as_it_was():
     assert found.trust.kept.max() == 0
 
 
+def test_nothing_is_said_of_points_on_dark_ground():
+    points = np.where(np.random.default_rng(2).random((140, 180)) < 0.1, 1.0, 0.05)
+    assert not contradicts(points, as_psf(disk(4)))
+    assert contradicts(1 - points, as_psf(disk(4)))
+
+
 def test_nothing_is_said_of_volumes():
     volume = np.repeat(drawing()[:40, :44][None], 6, axis=0)
     assert contradicts(volume[0], as_psf(np.ones((5, 5))))

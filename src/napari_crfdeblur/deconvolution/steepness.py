@@ -12,14 +12,16 @@ BEYOND = 1.5
 # and in so many of all pixels. Of twelve real photos eleven have at most .3 %, one with a PSF that
 # is far too large 6 %; a screenshot 12 %.
 MOST_STEEP = 0.03
+# Median light, over the brightest: what is darker can be points on dark ground, stars or beads, far
+# brighter than what is recorded of them, and then no step is too steep.
+BRIGHT = 0.25
 PLANE = 2  # axes
 
 
 def contradicts(linear: FloatArray, psf: FloatArray) -> bool:
     """Whether a photo cannot have been blurred by a PSF.
 
-    Volumes are never said to: of beads, which are far brighter than what is recorded of them, no
-    step is too steep.
+    Nothing is said of volumes and of dark pictures.
 
     Parameters
     ----------
@@ -34,6 +36,8 @@ def contradicts(linear: FloatArray, psf: FloatArray) -> bool:
     for channel in np.ndindex(tuple(linear.shape[psf.ndim :])):
         plane = np.asarray(arrays.to_numpy(linear[(..., *channel)]))
         white = float(plane.max()) - min(float(plane.min()), 0.0)
+        if float(np.median(plane)) < BRIGHT * white:
+            continue
         for axis in axes:
             across = tuple(other for other in axes if other != axis)
             most = BEYOND * white * float(psf.sum(axis=across).max())
