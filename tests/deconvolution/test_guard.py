@@ -11,6 +11,7 @@ from napari_crfdeblur.deconvolution import (
     Wiener,
     deconvolve,
     guard,
+    judge,
     swing_of,
 )
 from napari_crfdeblur.errors import CrfDeblurError
@@ -190,7 +191,7 @@ def test_the_path_guards_unless_told_not_to():
     given = {"response": GivenResponse(Identity()), "psf": GivenPsf(wrong), "method": Wiener()}
     free, guarded = (deblur(photo, DeblurOptions(**given, guard=on)) for on in (False, True))
     clipped = clipped_light(photo)
-    expected = guard(free.linear, free.sharp_linear, wrong.shape, clipped=clipped).sharp
+    expected = judge(free.linear, free.sharp_linear, wrong, clipped=clipped).sharp
     np.testing.assert_array_equal(guarded.sharp_linear, expected)
     harms = [error(each.photo, sharp) - error(photo, sharp) for each in (free, guarded)]
     assert harms[1] < 0.3 * harms[0]
