@@ -1,13 +1,13 @@
 """What is done with one tile: the path from linear light on, the blur undone as in the whole."""
 
 from dataclasses import dataclass, replace
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
-from .._typing import FloatArray, Image
+from .._typing import BoolArray, FloatArray, Image
 from ..deconvolution import Deconvolver, PlaneStatistics, Swing, deconvolving, guard
-from ..deconvolution.tiles import Region, Tile
+from ..deconvolution.tiles import Tile
 from ..estimate import Responses
 from ..pipeline import DeblurOptions, Intermediates, Stage, walking
 from ..pipeline.intermediates import made
@@ -96,29 +96,31 @@ class Recipe:
 
     def _pieced(self, have: Intermediates, psfs: PsfField, tile: Tile) -> FloatArray:
         """A tile, piece by piece, of each with the PSF of its middle."""
-        light = made(have.linear, "linear light")
+        light, clipped, worth = made(have.linear, "linear light"), have.lamps, have.worth
         inner = (own.stop - own.start for own in tile.inner)
         sharp = np.zeros((*inner, *light.shape[2:]), dtype=light.dtype)
         for piece in pieces(psfs, tile):
-            whole = self.deconvolved(have, psfs.at(*piece.center), piece.outer)[piece.kept]
+            part = piece.outer
+            own = None if worth is None else worth[part]
+            whole = self._undone(light[part], clipped[part], own, psfs.at(*piece.center))
             weight = piece.weight[..., None] if self.color else piece.weight
-            sharp[piece.inner] += weight * whole
+            sharp[piece.inner] += weight * whole[piece.kept]
         return sharp
 
-    def deconvolved(
-        self, have: Intermediates, psf: FloatArray, part: Region | None = None
-    ) -> FloatArray:
+    def deconvolved(self, have: Intermediates, psf: FloatArray) -> FloatArray:
         """All channels of a part, deconvolved with one PSF and guarded, if that is wished."""
-        own: Any = ... if part is None else part
-        light, clipped = made(have.linear, "linear light")[own], have.lamps[own]
-        worth = have.worth
+        return self._undone(made(have.linear, "linear light"), have.lamps, have.worth, psf)
+
+    def _undone(
+        self, light: FloatArray, clipped: BoolArray, worth: FloatArray | None, psf: FloatArray
+    ) -> FloatArray:
         sharp: FloatArray = drain(
             deconvolving(
                 np.ascontiguousarray(light),
                 psf,
                 self.method,
                 clipped=clipped,
-                weights=None if worth is None else worth[own],
+                weights=worth,
                 statistics=self.statistics,
             )
         )
