@@ -59,4 +59,4 @@ def _where(kept: FloatArray) -> str:
         place = float(np.average(np.arange(len(along)), weights=along)) / len(along)
         names.append(parts[min(int(3 * place), 2)])
     words = " ".join(name for name in names if name)
-    return f"mostly at the {words}" if words else "about its middle"
+    return f"mostly in the {words} part" if words else "about its middle"
