@@ -131,6 +131,7 @@ CALLS: dict[Any, dict[str, Any]] = {
         "diagnostics": {},
     },
     psf.RadonFit: {"size": 5, "smoothness": 2.0, "sparsity": 3.0},
+    psf.RadonMap: {"size": 3, "region": 20, "weight": 0.5},
     psf.Fergus: {"size": 3, "region": 20},
     psf.Shan: {"size": 3, "region": 20},
     psf.Variational: {"size": 3, "region": 20},

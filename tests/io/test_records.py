@@ -72,6 +72,7 @@ from napari_crfdeblur.psf import (
     PsfField,
     PsfStatus,
     RadonFit,
+    RadonMap,
     Shan,
     Variational,
     XuJia,
@@ -144,6 +145,7 @@ OBJECTS = [
     Fergus(size=25, region=300),
     Shan(size=25, region=300),
     RadonFit(size=25, smoothness=1.0, sparsity=2.5),
+    RadonMap(size=25, region=300, weight=0.5),
     PsfEstimate(GivenPsf(KERNEL).psf, PsfStatus.DOUBTFUL, {"halves": 0.25}),
     Poses(np.array([-0.1, 0.2]), RANDOM.random((2, 3, 3))),
     PsfField(

@@ -222,7 +222,7 @@ def _psf(add: Add) -> None:
         choices=options.PSFS,
         default="auto",
         help="what the PSF is found from: the picture, by the best method or a named one, or "
-        "straight edges alone (default: auto)",
+        "straight edges, alone or with it (default: auto)",
     )
     options.psf_size(psf)
     options.edges(psf)

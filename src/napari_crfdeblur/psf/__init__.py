@@ -15,7 +15,7 @@ from .field import Poses, PsfField
 from .given import GivenPsf
 from .parts import estimate_psf_field, estimating_psf_field
 from .projection import project
-from .radon import RadonFit
+from .radon import RadonFit, RadonMap
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 from .status import PsfStatus
 
@@ -29,6 +29,7 @@ __all__ = [
     "PsfField",
     "PsfStatus",
     "RadonFit",
+    "RadonMap",
     "Shan",
     "Variational",
     "XuJia",

@@ -27,7 +27,7 @@ from ..session.step import Level, Message, Step
 from ..session.workspace import doubted, trust_in_parts
 from ..shapes import drawing_layer, group_color, region_drawn_on
 from .base import SHADES, Dock, Followed
-from .choices import AUTOMATIC, FROM_EDGES, chosen_regions, psf_estimators, regions_box
+from .choices import AUTOMATIC, WITH_EDGES, chosen_regions, psf_estimators, regions_box
 from .files import ask_open, ask_save
 from .forms import MethodForm, row, sentence, tight
 from .plots import Plot
@@ -55,7 +55,7 @@ class BlurDock(Dock):
 
     def step(self) -> Step[Any, Any]:
         """The PSF estimated with the chosen method."""
-        drawn = self._where.value == DRAWN and self._method.chosen != FROM_EDGES
+        drawn = self._where.value == DRAWN and self._method.chosen not in WITH_EDGES
         regions = chosen_regions(self._parts)
         region = self._region() if drawn and regions is None else None
         return estimating_psf(self.session, self._method.method, region=region, regions=regions)
@@ -226,7 +226,7 @@ class BlurDock(Dock):
     def _choose_part(self) -> None:
         # Edges count wherever they lie, and parts are those of the whole picture.
         whole = chosen_regions(self._parts) is not None
-        self._where.enabled = self._method.chosen != FROM_EDGES and not whole
+        self._where.enabled = self._method.chosen not in WITH_EDGES and not whole
 
     def _region(self) -> Any:
         photo, _ = self.session.source()

@@ -14,6 +14,7 @@ PREFERRED = ASSUMED | {each.word: each.label for each in (*RESPONSES, *DECONVOLU
 AUTOMATIC = "automatic"
 ONE = (1, 1)  # regions: magicgui does not tell of a choice that is None
 FROM_EDGES = named(PSFS, "edges").label
+WITH_EDGES = {FROM_EDGES, named(PSFS, "radon-map").label}  # wherever in the photo they lie
 
 
 def fits() -> dict[str, Any]:

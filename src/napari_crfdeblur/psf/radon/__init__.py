@@ -1,5 +1,6 @@
-"""A PSF from the profiles of straight edges alone: tomography of the blur."""
+"""A PSF from the profiles of straight edges: tomography of the blur."""
 
+from .map_method import RadonMap
 from .method import RadonFit
 
-__all__ = ["RadonFit"]
+__all__ = ["RadonFit", "RadonMap"]

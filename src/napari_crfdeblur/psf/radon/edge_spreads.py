@@ -79,15 +79,20 @@ class EdgeSpreads:
 
 
 def linearized(groups: Sequence[ProfileGroup], response: Response) -> tuple[EdgeSpreads, ...]:
-    """The spreads of all groups whose profiles have contrast in linear light."""
-    found = [_linearized(group, response) for group in groups]
-    spreads = tuple(group for group in found if group is not None)
+    """The spreads of all groups whose profiles have contrast in linear light: at least one."""
+    spreads = clear_spreads(groups, response)
     if not spreads:
         raise CrfDeblurError(
             "there are no profiles with contrast to find the PSF from; find or draw more edges, "
             "or estimate the PSF from the picture"
         )
     return spreads
+
+
+def clear_spreads(groups: Sequence[ProfileGroup], response: Response) -> tuple[EdgeSpreads, ...]:
+    """The spreads of all groups whose profiles have contrast in linear light."""
+    found = [_linearized(group, response) for group in groups]
+    return tuple(group for group in found if group is not None)
 
 
 def _linearized(group: ProfileGroup, response: Response) -> EdgeSpreads | None:
