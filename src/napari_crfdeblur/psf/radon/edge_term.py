@@ -10,8 +10,8 @@ from scipy import ndimage
 from ..._typing import FloatArray
 from ..blind.kernel_fit import KernelFit
 from .edge_spreads import EdgeSpreads
-from .method import RadonState
-from .spread_fit import PsfEquations, SpreadFunction
+from .method import INDEPENDENT, RadonState
+from .spread_fit import FREEDOM, PsfEquations, SpreadFunction
 
 FINEST = 40  # steps of the profiles across the PSF: more tell no more, and cost memory
 MOST_NUMBERS = 2**25  # of the matrix of the edges: 256 MB, which only very wide PSFs reach
@@ -89,6 +89,21 @@ def as_explained(spreads: Sequence[EdgeSpreads], psf: FloatArray) -> Explained:
     state = RadonState(psf, placed)
     shapes = state.shapes()
     return state.reweighted(shapes), shapes
+
+
+def edge_cost(spreads: Sequence[EdgeSpreads], psf: FloatArray) -> float:
+    """What a PSF of shape (S, S) leaves of the edges: minus the logarithm of their likelihood.
+
+    Of Student's distribution, whose weights :class:`~.spread_fit.Placed` takes.
+    """
+    state, shapes = as_explained(spreads, psf)
+    pairs = zip(state.placed, shapes, strict=True)
+    return sum(_student(own.misfit(shape), own.group.position.size) for own, shape in pairs)
+
+
+def _student(misfit: FloatArray, samples: int) -> float:
+    excess = np.log1p(INDEPENDENT * misfit / FREEDOM)
+    return float((FREEDOM + 1) / 2 * samples * excess.sum())
 
 
 def scaled_spreads(spreads: Sequence[EdgeSpreads], scale: float) -> list[EdgeSpreads]:

@@ -36,6 +36,9 @@ class RadonMap(BlindEstimator):
     both in one unit. `s`, the pyramid and the sparse end are those of
     :class:`~..blind.xu_jia.XuJia`, in place of the paper's deconvolved and filtered picture.
 
+    A few edges can lead the coarse levels astray, and so can the picture. So the search is made
+    with and without the edges in its first phase, and of both PSFs the more probable one is kept.
+
     Where the photo has no usable edge, as in the parts of a field, this is ``XuJia``:
     ``diagnostics["profiles"]`` is 0 then.
 
