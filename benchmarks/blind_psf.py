@@ -26,8 +26,8 @@ of photos are not. It needs no data. Streets of even and of odd numbers are summ
 was chosen with the former is reported on the latter.
 
 The methods ``radon-map`` and ``radon-fit`` look at the straight edges that are found in the same
-picture, with the true response, which is linear; a picture without any is left out for
-``radon-fit``.
+part of the photo, in color, with the true response, which is linear; a picture without any is
+left out for ``radon-fit``.
 
 ``--edges`` measures the PSFs that straight edges alone give instead, on profiles simulated from
 known PSFs: orientations all round, three profiles of each, a gamma of 2.2, noise as a share of
@@ -106,6 +106,7 @@ class Case:
     sharp: Array
     blurred: Array
     psf: Array
+    photo: NDArray[np.generic] | None = None  # in color, for its edges
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,7 @@ def streets(count: int) -> Iterator[Case]:
         name = f"street {number}, {'defocus' if defocus else 'shake'} of {max(psf.shape)}"
         light = (shot.photo[part].mean(axis=2) / 255).astype(np.float32)
         sharp = shot.sharp_linear[part].mean(axis=2)
-        yield Case(f"{name}, noise {noise:g}", sharp, light, psf)
+        yield Case(f"{name}, noise {noise:g}", sharp, light, psf, shot.photo[part])
 
 
 def squared_error(restored: Array, sharp: Array) -> float:
@@ -192,9 +193,9 @@ def seen(case: Case, needs_edges: bool) -> Evidence:
     """The picture, and the profiles of its edges if a method needs them."""
     if not needs_edges:
         return Evidence(case.blurred)
-    edges = find_edges(case.blurred, blur_extent=max(case.psf.shape))
-    narrow = ByOrientation(tolerance=radians(1))
-    groups = sample_profiles(case.blurred, edges, grouping=narrow) if edges else []
+    photo = case.blurred if case.photo is None else case.photo
+    edges = find_edges(photo, blur_extent=max(case.psf.shape))
+    groups = sample_profiles(photo, edges, grouping=ByOrientation(tolerance=radians(1)))
     return Evidence(case.blurred, groups=tuple(groups), response=Identity())
 
 

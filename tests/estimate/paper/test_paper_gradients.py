@@ -35,10 +35,16 @@ def to_own_spreads(rows, a):
     return distance_to(np.random.default_rng(3).random(shape), rows, a)
 
 
+def to_own_spreads_bounded(rows, a):
+    shape = rows.group.intensity.shape
+    return distance_to(np.random.default_rng(3).random(shape), rows, a, 0.3)
+
+
 DATA_TERMS = {
     "Eq. 5": to_mean,
     "Eq. 4, one spread": to_one_spread,
     "Eq. 4, a spread for each profile": to_own_spreads,
+    "Eq. 4, bounded": to_own_spreads_bounded,
     **{
         f"{tail.name}, {scale.name}": RankMinimization(tail, scale)._distance
         for tail in Tail

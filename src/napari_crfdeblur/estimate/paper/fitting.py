@@ -64,18 +64,18 @@ def fitting(
     terms: Terms,
     fit: PolynomialFit,
     *,
-    starts: Sequence[float] = (1.0,),
+    starts: Sequence[FloatArray] = (),
     least_apart: float = LEAST_COLLINEARITY,
 ) -> Job[ResponseEstimate]:
     """Long job: the response that minimizes the terms over groups of profiles.
 
-    The search starts from powers of the DoRF mean. Profiles whose collinearity is below
-    `least_apart` leave the estimate in doubt.
+    The search starts from given coefficients, or from those of the DoRF mean. Profiles whose
+    collinearity is below `least_apart` leave the estimate in doubt.
     """
     yield Progress("response", 0, 1)
     rows = [PolynomialRows(g, fit.degree) for g in groups]
-    means = [polynomial.dorf_mean_coefficients(fit.degree, power) for power in starts]
-    found = search(terms.objective(rows), *means)
+    mean = polynomial.dorf_mean_coefficients(fit.degree)
+    found = search(terms.objective(rows), *(starts or [mean]))
     if not polynomial.rises(found.coefficients):
         raise CrfDeblurError(
             "the profiles lead to a response that falls; remove edges that are not straight "

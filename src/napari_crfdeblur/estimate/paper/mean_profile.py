@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from math import inf
 
 import numpy as np
 
@@ -54,12 +55,14 @@ def _distance_to_mean(rows: PolynomialRows, coefficients: FloatArray) -> tuple[f
 
 
 def distance_to(
-    spread: FloatArray, rows: PolynomialRows, coefficients: FloatArray
+    spread: FloatArray, rows: PolynomialRows, coefficients: FloatArray, scale: float = inf
 ) -> tuple[float, FloatArray]:
     """Mean of ``(p_j(m) - s(m))^2`` weighted by ``|w_j|``, and its gradient at a fixed `s`.
 
     The sum that is printed is divided by that of the weights, which depend on the response:
-    it would be least where all ranges are squeezed to nothing.
+    it would be least where all ranges are squeezed to nothing. A finite scale `c` bounds what
+    each profile adds, the mean square ``d_j`` of what is left of it, to ``d_j / (1 + d_j / c^2)``
+    (Geman & McClure 1987).
 
     Parameters
     ----------
@@ -69,14 +72,18 @@ def distance_to(
         Profiles of one group.
     coefficients : ndarray, shape (n + 1,)
         Of the polynomial inverse response.
+    scale : float
+        `c`, as a share of the contrast.
     """
     profiles = rows.scaled(coefficients)
     ranges = rows.ranges(coefficients)
     weights, signs = np.abs(ranges), np.sign(ranges)
     residual = profiles - spread
     each = np.einsum("jm,jm->j", residual, residual) / profiles.shape[1]
-    total = weights.sum()
-    mean = float(weights @ each) / total
-    bend = rows.scaled_slope(coefficients, 2 / profiles.shape[1] * weights[:, None] * residual)
-    stretch = (signs * (each - mean)) @ rows.range_powers
+    trust = 1 / (1 + each / scale**2)
+    total, bounded = weights.sum(), trust * each
+    mean = float(weights @ bounded) / total
+    pull = 2 / profiles.shape[1] * weights * trust**2
+    bend = rows.scaled_slope(coefficients, pull[:, None] * residual)
+    stretch = (signs * (bounded - mean)) @ rows.range_powers
     return mean, (bend + stretch) / total

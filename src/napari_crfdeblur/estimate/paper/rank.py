@@ -12,6 +12,7 @@ from ...profiles.base import ProfileGroup
 from ...progress import Job
 from ..base import ResponseEstimate, ResponseFit
 from ..identifiability import comparable
+from . import polynomial
 from .by_edge import by_edge
 from .fitting import PolynomialFit, fitting
 from .rows import PolynomialRows
@@ -71,7 +72,8 @@ class RankMinimization(ResponseFit):
         """Long job: see :class:`ResponseFit`."""
         usable = comparable(groups)
         terms = Terms(self._distance, *self.polynomial.weights)
-        starts = (1.0,) if self.scale is RowScale.RAW else STARTS
+        powers = (1.0,) if self.scale is RowScale.RAW else STARTS
+        starts = [polynomial.dorf_mean_coefficients(self.polynomial.degree, p) for p in powers]
         return (yield from fitting(usable, terms, self.polynomial, starts=starts))
 
     def _distance(self, rows: PolynomialRows, coefficients: FloatArray) -> tuple[float, FloatArray]:
