@@ -36,6 +36,7 @@ from napari_crfdeblur.psf import (
     PsfField,
     PsfStatus,
     RadonFit,
+    RadonMap,
     Variational,
     XuJia,
     camera_shake,
@@ -260,6 +261,23 @@ def test_the_psf_can_be_measured_on_the_edges_alone(truth):
     assert any(edge.good for edge in found.edges)
     # With edges of a few orientations; one that is round and as wide reaches .6.
     assert kernel_similarity(found.psf.psf, truth.psf) > 0.8
+
+
+def test_the_psf_can_be_found_in_the_picture_and_its_edges(truth):
+    options = DeblurOptions(response=GivenResponse(RESPONSE), psf=RadonMap(size=13), blur_extent=17)
+    found = drain(walking(Intermediates(truth.photo), options, until=Stage.FIELD))
+    assert found.psf.diagnostics["profiles"] > 0
+    assert kernel_similarity(found.psf.psf, truth.psf) > 0.95
+
+
+def test_without_edges_the_picture_alone_tells_the_psf(truth):
+    options = DeblurOptions(response=GivenResponse(RESPONSE), psf=RadonMap(size=13), edges=())
+    found, alone = (
+        drain(walking(Intermediates(truth.photo), replace(options, psf=psf), until=Stage.PSF))
+        for psf in (RadonMap(size=13), XuJia(size=13))
+    )
+    assert found.psf.diagnostics["profiles"] == 0
+    np.testing.assert_array_equal(found.psf.psf, alone.psf.psf)
 
 
 def test_a_scene_of_one_common_range_cannot_tell_the_response():

@@ -34,7 +34,7 @@ from napari_crfdeblur.io import (
 )
 from napari_crfdeblur.pipeline import DEFAULT_METHOD, Stage
 from napari_crfdeblur.pipeline.record import pixels_of
-from napari_crfdeblur.psf import GivenPsf, RadonFit, delta, line
+from napari_crfdeblur.psf import GivenPsf, RadonFit, RadonMap, delta, line
 from napari_crfdeblur.response import SRGB, Cameras, Gamma, around
 from napari_crfdeblur.simulate import Simulated
 
@@ -104,6 +104,18 @@ def test_a_psf_from_edges_alone_is_recorded_and_repeated(
     assert {"orientations", "gap"} <= set(found.diagnostics)
     assert edged.state.sought.method == RadonFit(size=13)
     assert "psf=RadonFit(size=13)" in edged.script()
+    viewer = ViewerModel()
+    other = Session(viewer, viewer.add_image(blurred.photo))
+    other.repeat(json.loads(json.dumps(edged.record())))
+    np.testing.assert_array_equal(other.state.psf.psf, found.psf)
+
+
+def test_a_psf_from_picture_and_edges_is_recorded_and_repeated(
+    edged: Session, blurred: Simulated
+) -> None:
+    edged.set_response(Gamma(1.8))
+    found = edged.estimate_psf(RadonMap(size=13))
+    assert found.diagnostics["profiles"] > 0
     viewer = ViewerModel()
     other = Session(viewer, viewer.add_image(blurred.photo))
     other.repeat(json.loads(json.dumps(edged.record())))

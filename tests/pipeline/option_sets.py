@@ -25,7 +25,15 @@ from napari_crfdeblur.estimate import (
     RankMinimization,
 )
 from napari_crfdeblur.pipeline import PhotoStack, suited_estimator
-from napari_crfdeblur.psf import GivenPsf, RadonFit, Variational, XuJia, camera_shake, line
+from napari_crfdeblur.psf import (
+    GivenPsf,
+    RadonFit,
+    RadonMap,
+    Variational,
+    XuJia,
+    camera_shake,
+    line,
+)
 from napari_crfdeblur.response import SRGB, Gamma, Identity
 from napari_crfdeblur.simulate import Camera, simulate, slanted_edges
 
@@ -211,7 +219,7 @@ def _with_known_response(rng, number: int) -> OptionSet:
     """A PSF that is found in the picture or from its edges, of the whole or of parts."""
     colors = number == 3
     pixels = _with_edges(_pick(rng, KERNELS), 3 if colors else 1, number, (52, 104))
-    ways = (XuJia(size=5), RadonFit(size=5), Variational(size=3), None)
+    ways = (XuJia(size=5), RadonFit(size=5), Variational(size=3), None, RadonMap(size=5))
     options = DeblurOptions(
         response=GivenResponse(_pick(rng, CURVES)),
         psf=ways[number % len(ways)],

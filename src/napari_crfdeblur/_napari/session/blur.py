@@ -45,7 +45,7 @@ class BlurVerbs(Workspace):
         method : PsfEstimator, optional
             By default :class:`~napari_crfdeblur.psf.Variational` of the size of the blur.
             :class:`~napari_crfdeblur.psf.RadonFit` finds it from the edges of the session alone,
-            :class:`~napari_crfdeblur.psf.RadonMap` from the picture and these edges, if any.
+            :class:`~napari_crfdeblur.psf.RadonMap` from the picture and these edges.
         region : sequence of (start, stop), optional
             For each axis of the photo; by default the plane that is shown. Edges count wherever
             they lie.
@@ -111,10 +111,9 @@ def estimating_psf(
         raise CrfDeblurError(ALL_OF_IT)
     edges = session.state.edges
     if method is not None and method.needs_edges:
-        if edges is not None:
-            where = edges.plane  # of which the whole is looked at
-        elif not method.needs_picture:
+        if edges is None:
             raise CrfDeblurError(NO_EDGES)
+        where = edges.plane  # of which the whole is looked at
 
     @at_once
     def finish(have: Intermediates) -> PsfEstimate:
