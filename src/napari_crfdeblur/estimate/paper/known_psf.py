@@ -38,6 +38,9 @@ LEAST_TRUST = 0.01
 ROUNDS = 8  # at most, of fitting and of measuring the scale again; most need 3 to 5
 SETTLED = 0.02  # change of the scale, as a share, that ends them
 MOST_REJECTED = 1 / 3  # of the profiles: the median means nothing without a clear majority
+# Of the contrast, by which half of the profiles are off: twice what is left of good edges. Beyond,
+# edges are no steps or the PSF is wrong; so it was on every even one of twelve photos.
+MOST_MISFIT = 0.02
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,8 +70,8 @@ class KnownPsf(ResponseFit):
     Notes
     -----
     ``diagnostics`` has `rejected`, the share of the profiles that were left out: more than a third
-    leave the estimate in doubt; and `misfit`, the median root of ``d_j`` of all, a share of the
-    contrast: about .01 and less where edges and PSF are right.
+    leave the estimate in doubt; and `misfit`, the median of ``d_j`` of all without what noise
+    leaves, its root, a share of the contrast: more than .02 leave it in doubt, too.
     """
 
     psf: FloatArray
@@ -100,14 +103,14 @@ class KnownPsf(ResponseFit):
             spreads[_key(group)] = self._spreads(group)
         fit = _SpreadFit(spreads, self.polynomial)
         near, scale, left = yield from fit.approaching(usable)
-        kept = [left_of >= LEAST_TRUST for left_of in (1 / (1 + d / scale**2) ** 2 for d in left)]
+        kept = [1 / (1 + each / scale**2) ** 2 >= LEAST_TRUST for each in left]
         pairs = [(g, own) for g, own in zip(usable, kept, strict=True) if own.any()]
         trusted = [group.select(own) for group, own in pairs]
         # One edge suffices, so that no arrangement of them leaves a doubt.
         found = yield from fitting(
             trusted, fit.terms(scale), self.polynomial, starts=[near], least_apart=0.0
         )
-        return _judged(found, 1 - float(np.concatenate(kept).mean()), np.concatenate(left))
+        return _judged(found, 1 - float(np.concatenate(kept).mean()), fit.misfit(usable, near))
 
     def _spreads(self, group: ProfileGroup) -> FloatArray:
         """Edge spread at the positions of a group, a row for each shift."""
@@ -150,6 +153,16 @@ class _SpreadFit:
                 break
         return found, scale, left
 
+    def misfit(self, groups: Sequence[ProfileGroup], coefficients: FloatArray) -> float:
+        """Median of what is left of a profile but for its noise, a share of the contrast."""
+        excess, slope = [], np.polynomial.polynomial.polyder(coefficients)
+        for group in groups:
+            rows = PolynomialRows(group, self.polynomial.degree)
+            gain = np.polynomial.polynomial.polyval(group.intensity, slope)
+            noise = np.mean(group.variance * gain**2, axis=1) / rows.ranges(coefficients) ** 2
+            excess.append(self._left(rows, coefficients) - noise)
+        return float(np.sqrt(max(np.median(np.concatenate(excess)), 0.0)))
+
     def _nearest(self, rows: PolynomialRows, coefficients: FloatArray) -> FloatArray:
         """The edge spread of each profile, shifted to where it is nearest, shape (J, M)."""
         candidates = self.spreads[_key(rows.group)]
@@ -167,12 +180,12 @@ def _scale(left: Sequence[FloatArray]) -> float:
     return max(APART * float(np.sqrt(np.median(np.concatenate(left)))), LEAST_SCALE)
 
 
-def _judged(found: ResponseEstimate, rejected: float, left: FloatArray) -> ResponseEstimate:
-    """An estimate, in doubt if too many profiles had to be left out."""
-    status = found.status
-    if status is ResponseStatus.GOOD and rejected > MOST_REJECTED:
+def _judged(found: ResponseEstimate, rejected: float, misfit: float) -> ResponseEstimate:
+    """An estimate, in doubt if many profiles were left out, or half of them fit badly."""
+    status, bad = found.status, rejected > MOST_REJECTED or misfit > MOST_MISFIT
+    if status is ResponseStatus.GOOD and bad:
         status = ResponseStatus.DOUBTFUL
-    figures = {"rejected": rejected, "misfit": float(np.sqrt(np.median(left)))}
+    figures = {"rejected": rejected, "misfit": misfit}
     return replace(found, status=status, diagnostics=found.diagnostics | figures)
 
 
