@@ -102,9 +102,23 @@ def shaken_profiles(camera: Camera, case: ProfileCase, seed: int) -> tuple[Float
         # Aligned by the two end points, as profiles are.
         middle = np.interp([0.01, 0.99], project(psf, angle, fine), fine).mean()
         sides = case.levels(rng, case.profiles)
-        light = sides[:, :1] + np.diff(sides) * project(psf, angle, position + middle)
+        shapes = np.tile(project(psf, angle, position + middle), (case.profiles, 1))
+        for row in range(round(case.bad * case.profiles)):
+            shapes[row] = flawed(rng, psf, angle, position + middle)
+        light = np.clip(sides[:, :1] + np.diff(sides) * shapes, 0, 1)
         groups.append(recorded(light, sides, camera, rng, orientation=angle))
     return psf, groups
+
+
+def flawed(rng: np.random.Generator, psf: Floats, angle: float, position: Floats) -> Floats:
+    """Edge spread of an edge that runs elsewhere, has a neighbor, or lies in a shadow."""
+    flaw, spread = rng.integers(3), project(psf, angle, position)
+    if flaw == 0:
+        return project(psf, angle + rng.uniform(0.5, 1.5), position)
+    if flaw == 1:
+        beside = rng.choice([-1, 1]) * rng.uniform(0.2, 0.4) * position.size
+        return spread + rng.uniform(-0.3, 0.3) * (project(psf, angle, position - beside) - 0.5)
+    return spread + rng.uniform(-0.3, 0.3) * np.maximum(position, 0) / position[-1]
 
 
 def error(groups: list[ProfileGroup], method: ResponseFit, truth: ResponseCurve) -> float:
@@ -129,10 +143,9 @@ def errors(truths: list[tuple[int, ResponseCurve]], case: Case) -> Errors:
         )
         for name, method in METHODS.items():
             found[name].append(error(groups, method, truth))
-        if not case.profiles.bad:
-            psf, shaken = shaken_profiles(camera, case.profiles, seed)
-            method = KnownPsf(psf, largest_shift=0, polynomial=ALONE)
-            found[KNOWN].append(error(shaken, method, truth))
+        psf, shaken = shaken_profiles(camera, case.profiles, seed)
+        method = KnownPsf(psf, largest_shift=0, polynomial=ALONE)
+        found[KNOWN].append(error(shaken, method, truth))
     return {name: np.array(values) for name, values in found.items()}
 
 
