@@ -1,5 +1,6 @@
 """The whole path from a blurred photo to a sharp one, told once; see :mod:`.path`."""
 
+from .in_turns import find_psf_in_turns
 from .intermediates import Intermediates
 from .options import DeblurOptions, Drawn
 from .path import DEFAULT_METHOD, PATH, Stage, edges_needed, suited_estimator, walking
@@ -25,6 +26,7 @@ __all__ = [
     "deblur",
     "deblurring",
     "edges_needed",
+    "find_psf_in_turns",
     "profiles_for",
     "profiling",
     "repeating",
