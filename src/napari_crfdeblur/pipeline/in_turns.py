@@ -30,8 +30,9 @@ def find_psf_in_turns(have: Intermediates, options: DeblurOptions) -> Job[Interm
     """
     have = yield from find_psf(have, options)
     method = options.response
-    able = isinstance(method, MaximumLikelihood) and method.psf is None
-    if not (able and have.groups and have.axes == PLANE):
+    if not isinstance(method, MaximumLikelihood) or method.psf is not None:
+        return have
+    if not have.groups or have.axes != PLANE:
         return have
     yield Progress("response in the light of the PSF", 0, 1)
     knowing = replace(method, psf=made(have.psf, "a PSF").psf)
@@ -48,6 +49,6 @@ def unexplained(have: Intermediates) -> float:
     linear, psf = made(have.linear, "linear light"), made(have.psf, "a PSF").psf
     clipped = have.clipped
     if linear.ndim == 3:
-        linear, clipped = linear.mean(axis=2), clipped.any(axis=2)
+        linear, clipped = linear.mean(axis=2), np.asarray(clipped.any(axis=2))
     left = misfit([linear], psf, [clipped], least_blocked=0.0) or 0.0
     return float(left / max(4 * linear.std(), np.finfo(np.float32).tiny))
