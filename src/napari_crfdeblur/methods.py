@@ -63,6 +63,7 @@ PSFS = (
     Method("fergus", "Fergus et al.", "psf", "Fergus"),
     Method("shan", "Shan et al.", "psf", "Shan"),
     Method("edges", "straight edges (Radon)", "psf", "RadonFit"),
+    Method("streaks", "light streaks", "psf", "Streaks"),
 )
 """Ways to find the PSF."""
 

@@ -14,22 +14,27 @@ from .blind import Fergus, Shan, Variational, XuJia
 from .field import Poses, PsfField
 from .given import GivenPsf
 from .parts import estimate_psf_field, estimating_psf_field
+from .points import Beads, MotionPath, PsfAt, Streaks
 from .projection import project
 from .radon import RadonFit
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 from .status import PsfStatus
 
 __all__ = [
+    "Beads",
     "Evidence",
     "Fergus",
     "GivenPsf",
+    "MotionPath",
     "Poses",
+    "PsfAt",
     "PsfEstimate",
     "PsfEstimator",
     "PsfField",
     "PsfStatus",
     "RadonFit",
     "Shan",
+    "Streaks",
     "Variational",
     "XuJia",
     "as_psf",

@@ -1,0 +1,110 @@
+"""The PSF from the streaks that lamps leave on a photo taken at night."""
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ... import arguments
+from ...errors import CrfDeblurError
+from ...progress import Job, Progress
+from ..base import NARROW, Evidence, PsfEstimate, PsfEstimator
+from ..status import PsfStatus
+from .agreement import agreeing, area
+from .alignment import Aligned
+from .at import trimmed
+from .candidates import isolated_things
+from .cutout import Cutout
+
+FEWEST = 3  # streaks that agree: two can be the two same letters of a sign
+CLIPPED = 0.1  # of the light of a streak in clipped pixels, above which it does not show its shape
+# Nothing can be smaller than a point that is blurred: things below this share of the area of the
+# PSF speak against it, if they are seen at least half as well. One in six streaks may be
+# contradicted, by a dead pixel or a light that moved.
+SMALLER, SEEN, MOST_STRANGE = 0.7, 0.5, 1 / 6
+NONE = (
+    "no light streaks that agree were found; draw a box around one, or let the picture tell the PSF"
+)
+SHARP = (
+    "the lights of the photo are points, hardly wider than a pixel: there is no blur to be found "
+    "in them; let the picture tell the PSF"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Streaks(PsfEstimator):
+    """The PSF as the small lamps of a night photo show it, each of which leaves a streak.
+
+    A point of light becomes the PSF itself (Hu, Cho, Wang and Yang 2014, Deblurring low-light
+    images with light streaks). Small bright things that are alone on dark ground and do not
+    clip are laid on each other; the greatest set that agrees, each with the mean of the others
+    to a normalised correlation of .9, is explained by one PSF: ``light_i = a_i S_i k``, with
+    the shift `S_i` and the power `a_i` of each lamp.
+
+    Parameters
+    ----------
+    size : int, optional
+        Longest side of a streak in pixels, odd, at least 3; found by itself if not given.
+    """
+
+    needs_picture: ClassVar[bool] = False  # of any part: few have three streaks
+
+    size: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.size is not None:
+            arguments.odd(self.size, "PSF size")
+
+    def run(self, evidence: Evidence) -> Job[PsfEstimate]:
+        """Long job: find the streaks, and the PSF that they show.
+
+        Raises
+        ------
+        CrfDeblurError
+            Fewer than 3 streaks agree, or they are points.
+        """
+        yield Progress("light streaks", 0, 2)
+        things = [
+            thing
+            for _, thing in isolated_things(evidence.picture, evidence.clipped, self.size)
+            if thing.clipped <= CLIPPED
+        ]
+        yield Progress("light streaks", 1, 2)
+        sets = [*agreeing(things, FEWEST)]
+        yield Progress("light streaks", 2, 2)
+        return _estimate(things, sets)
+
+
+def _estimate(things: list[Cutout], sets: list[tuple[list[int], Aligned]]) -> PsfEstimate:
+    """The PSF of the set of the smallest things: larger ones, such as windows, are blurred by it.
+
+    Raises
+    ------
+    CrfDeblurError
+        There is none, or it cannot be a PSF.
+    """
+    if not sets:
+        raise CrfDeblurError(NONE)
+    spread = [float(np.median([area(things[i].light) for i in own])) for own, _ in sets]
+    members, aligned = sets[int(np.argmin(spread))]
+    psf = trimmed(aligned.psf())
+    if area(psf) < NARROW:
+        raise CrfDeblurError(SHARP)
+    smaller = _contradicting(things, members, area(psf))
+    if smaller > MOST_STRANGE * len(members):
+        raise CrfDeblurError(NONE)
+    figures = {
+        "streaks": float(len(members)),
+        "things": float(len(things)),
+        "smaller": float(smaller),
+        "agreement": float(np.median(aligned.agreement())),
+    }
+    return PsfEstimate(psf, PsfStatus.GOOD, figures)
+
+
+def _contradicting(things: list[Cutout], members: list[int], covered: float) -> int:
+    """How many things are smaller than a PSF that covers so many pixels."""
+    least = SEEN * float(np.median([things[i].signal for i in members]))
+    others = [thing for i, thing in enumerate(things) if i not in members]
+    seen = [thing for thing in others if thing.signal >= least]
+    return sum(area(thing.light) < SMALLER * covered for thing in seen)
