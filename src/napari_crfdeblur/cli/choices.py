@@ -58,7 +58,9 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
         options = replace(options, response=response_fits(arguments))
         word = "auto" if arguments.command == "batch" and psf in SHARED else str(psf)
         places = given.get("psf_at")
-        method = psf_at(places, arguments) if places else psf_estimator(word, arguments.psf_size)
+        method = (
+            estimator_at(places, arguments) if places else psf_estimator(word, arguments.psf_size)
+        )
         options = replace(options, psf=method)
     if arguments.command in ("deblur", "batch"):
         undone = named(DECONVOLUTIONS, arguments.method).make()
@@ -156,7 +158,7 @@ def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     return GivenPsf(read_psf(Path(text)))
 
 
-def psf_at(places: Sequence[tuple[float, float, int]], arguments: Namespace) -> PsfEstimator:
+def estimator_at(places: Sequence[tuple[float, float, int]], arguments: Namespace) -> PsfEstimator:
     """Method for ``--psf-at``: one streak, or the mean of several."""
     if arguments.psf != "auto" or arguments.psf_size:
         option = "--from" if arguments.command == "psf" else "--psf"

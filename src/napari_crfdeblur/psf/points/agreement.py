@@ -13,7 +13,7 @@ AGREEING = 0.9  # of each with the mean of the others, from which on streaks are
 ROUNDS = 5  # of leaving out what does not agree
 
 
-def agreeing(things: Sequence[Cutout], fewest: int) -> Iterator[tuple[list[int], Aligned]]:
+def alike_sets(things: Sequence[Cutout], fewest: int) -> Iterator[tuple[list[int], Aligned]]:
     """Sets of things that are alike after alignment, and how they lie on each other.
 
     Parameters

@@ -68,7 +68,7 @@ class PsfAt(PsfEstimator):
         figures = {"signal": min(thing.signal, 1e9), "clipped": thing.clipped}
         good = thing.clipped <= CLIPPED and thing.signal >= WEAK
         status = PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
-        return PsfEstimate(centered(trimmed(thing.light)), status, figures)
+        return PsfEstimate(centered(without_margins(thing.light)), status, figures)
 
 
 def check_box(size: int) -> None:
@@ -126,7 +126,7 @@ def check_thing(thing: Cutout) -> None:
         )
 
 
-def trimmed(light: FloatArray) -> FloatArray:
+def without_margins(light: FloatArray) -> FloatArray:
     """The PSF without the empty rows and columns that are all around it alike."""
     places = np.argwhere(light > 1e-4 * light.max())  # what the last rounds of a fit leave
     middle = np.array(light.shape) // 2

@@ -11,7 +11,7 @@ from ...progress import Job, Progress
 from ..base import Evidence, PsfEstimate, PsfEstimator
 from ..status import PsfStatus
 from .alignment import Aligned
-from .at import CUT, LOST, SECOND, check_box, check_thing, thing_at, trimmed
+from .at import CUT, LOST, SECOND, check_box, check_thing, thing_at, without_margins
 from .cutout import SURE, Cutout
 
 STRANGE = 0.05  # below the usual agreement: another bead shines into the box, or it is no bead
@@ -43,7 +43,7 @@ class Beads(PsfEstimator):
     size: int
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "places", pairs(self.places, "places (row, column)"))
+        object.__setattr__(self, "places", as_places(self.places, "places (row, column)"))
         for place in self.places:
             arguments.numbers(place, "a place (row, column)", count=2, least=0)
         if not self.places:
@@ -77,10 +77,10 @@ class Beads(PsfEstimator):
             "agreement": float(np.median(fits)) if count > 1 else 0.0,
         }
         status = PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
-        return PsfEstimate(trimmed(aligned.psf()), status, figures)
+        return PsfEstimate(without_margins(aligned.psf()), status, figures)
 
 
-def pairs(values: Sequence[Sequence[float]], what: str) -> tuple[tuple[float, float], ...]:
+def as_places(values: Sequence[Sequence[float]], what: str) -> tuple[tuple[float, float], ...]:
     """Pairs of numbers as tuples of floats."""
     if isinstance(values, np.ndarray):
         values = values.tolist()

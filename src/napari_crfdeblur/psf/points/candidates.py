@@ -9,8 +9,8 @@ from scipy import ndimage
 from ..._typing import BoolArray, FloatArray
 from .cutout import CONNECTED, SMOOTHING, Cutout, cut_out
 
-Box: TypeAlias = tuple[slice, slice]
-Place: TypeAlias = tuple[int, int]
+Span: TypeAlias = tuple[slice, slice]
+Peak: TypeAlias = tuple[int, int]
 
 STEP = 1.6  # between levels of light; a thing is taken at the faintest at which it is alone
 LEAST_LEVEL = 0.003  # relative irradiance: 10 of 255 levels in sRGB, where noise and JPEG end
@@ -30,8 +30,8 @@ WHOLE = 0.06  # of its peak, at most, on the border of its box
 
 def isolated_things(
     linear: FloatArray, clipped: BoolArray | None, largest: int | None = None
-) -> list[tuple[Place, Cutout]]:
-    """Things that may be streaks, brightest first: the place of their peak, and what they show.
+) -> list[tuple[FloatArray, Cutout]]:
+    """Things that may be streaks, brightest first: their (row, column), and what they show.
 
     Parameters
     ----------
@@ -42,20 +42,22 @@ def isolated_things(
     """
     gray = linear if linear.ndim == 2 else linear.max(axis=2)
     smooth = ndimage.gaussian_filter(gray, SMOOTHING)
-    boxes: dict[Place, list[Box]] = {}
+    boxes: dict[Peak, list[Span]] = {}
     for peak, box in _boxes(smooth, min(largest or WIDEST, min(gray.shape) // LARGEST)):
         boxes.setdefault(peak, []).append(box)
     brightest = sorted(boxes, key=lambda peak: -smooth[peak])[:MOST]
     found = []
     for peak in brightest:
-        tried = (_cut(linear, clipped, box) for box in boxes[peak])
-        thing = next((each for each in tried if _is_alone(each)), None)
-        if thing is not None:
-            found.append((peak, thing))
+        tried = ((box, _cut(linear, clipped, box)) for box in boxes[peak])
+        first = next((each for each in tried if _is_alone(each[1])), None)
+        if first is not None:
+            box, thing = first
+            corner = np.array([side.start for side in box])
+            found.append((corner + ndimage.center_of_mass(thing.light), thing))
     return found
 
 
-def _cut(linear: FloatArray, clipped: BoolArray | None, box: Box) -> Cutout:
+def _cut(linear: FloatArray, clipped: BoolArray | None, box: Span) -> Cutout:
     return cut_out(linear[box], None if clipped is None else clipped[box])
 
 
@@ -63,7 +65,7 @@ def _is_alone(thing: Cutout) -> bool:
     return thing.peak >= STANDING_OUT and thing.second <= ALONE and thing.cut <= WHOLE
 
 
-def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Place, Box]]:
+def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Peak, Span]]:
     """Boxes around things above some level, from the lowest level up, and where they peak."""
     level, top = LEAST_LEVEL, float(smooth.max())
     while level * CONTRAST < top:
@@ -80,12 +82,12 @@ def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Place, Box]]:
         level *= STEP
 
 
-def _is_inside(span: Box, shape: tuple[int, ...]) -> bool:
+def _is_inside(span: Span, shape: tuple[int, ...]) -> bool:
     ends = zip(span, shape, strict=True)
     return all(own.start >= INSIDE and own.stop <= side - INSIDE for own, side in ends)
 
 
-def _around(span: Box, longest: int, shape: tuple[int, ...]) -> Box:
+def _around(span: Span, longest: int, shape: tuple[int, ...]) -> Span:
     """A box with a margin, within the picture."""
     margin = max(LEAST_MARGIN, round(MARGIN * longest))
     rows, columns = (

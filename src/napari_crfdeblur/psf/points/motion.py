@@ -12,7 +12,7 @@ from ...progress import Job
 from ..base import Evidence, PsfEstimate, PsfEstimator
 from ..given import GivenPsf
 from ..shapes import DENSITY, LARGEST, render
-from .beads import pairs
+from .beads import as_places
 
 ACROSS = 4  # points for each pixel of the width: bilinear drawing makes them even
 MOST_POINTS = 100_000  # of a path: more than any hand draws
@@ -39,7 +39,7 @@ class MotionPath(PsfEstimator):
     width: float = 1.0
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "points", pairs(self.points, "points (row, column)"))
+        object.__setattr__(self, "points", as_places(self.points, "points (row, column)"))
         arguments.number(self.width, "a width in pixels", least=0, most=LARGEST)
         if len(self.points) > MOST_POINTS:
             raise arguments.refusal(f"at most {MOST_POINTS} points of a path", self.points)

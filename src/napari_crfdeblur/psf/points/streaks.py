@@ -10,11 +10,12 @@ from ...errors import CrfDeblurError
 from ...progress import Job, Progress
 from ..base import NARROW, Evidence, PsfEstimate, PsfEstimator
 from ..status import PsfStatus
-from .agreement import agreeing, area
+from .agreement import alike_sets, area
 from .alignment import Aligned
-from .at import trimmed
+from .at import without_margins
 from .candidates import isolated_things
 from .cutout import Cutout
+from .regular import stand_in_rows
 
 FEWEST = 3  # streaks that agree: two can be the two same letters of a sign
 CLIPPED = 0.1  # of the light of a streak in clipped pixels, above which it does not show its shape
@@ -64,13 +65,15 @@ class Streaks(PsfEstimator):
             Fewer than 3 streaks agree, or they are points.
         """
         yield Progress("light streaks", 0, 2)
-        things = [
-            thing
-            for _, thing in isolated_things(evidence.picture, evidence.clipped, self.size)
+        found = [
+            (place, thing)
+            for place, thing in isolated_things(evidence.picture, evidence.clipped, self.size)
             if thing.clipped <= CLIPPED
         ]
+        things, places = [thing for _, thing in found], [place for place, _ in found]
         yield Progress("light streaks", 1, 2)
-        sets = [*agreeing(things, FEWEST)]
+        sets = [*alike_sets(things, FEWEST)]
+        sets = [own for own in sets if not stand_in_rows(np.array([places[i] for i in own[0]]))]
         yield Progress("light streaks", 2, 2)
         return _estimate(things, sets)
 
@@ -87,7 +90,7 @@ def _estimate(things: list[Cutout], sets: list[tuple[list[int], Aligned]]) -> Ps
         raise CrfDeblurError(NONE)
     spread = [float(np.median([area(things[i].light) for i in own])) for own, _ in sets]
     members, aligned = sets[int(np.argmin(spread))]
-    psf = trimmed(aligned.psf())
+    psf = without_margins(aligned.psf())
     if area(psf) < NARROW:
         raise CrfDeblurError(SHARP)
     smaller = _contradicting(things, members, area(psf))

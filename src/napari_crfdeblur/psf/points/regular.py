@@ -1,0 +1,32 @@
+"""Whether things stand in rows, as windows and letters do and lamps seldom do."""
+
+import numpy as np
+
+from ..._typing import BoolArray, FloatArray
+
+IN_LINE = 1.0  # pixel: windows of one floor differ by less; of 10 lamps few pairs come so near
+EVEN = 1.5  # pixels by which the middle one of three may be off the middle between its neighbors
+SHARE = 0.5  # of things that stand in rows, above which they are no lamps
+
+
+def stand_in_rows(places: FloatArray) -> bool:
+    """Whether most of some things share a row or a column, or stand in threes at even distances.
+
+    Parameters
+    ----------
+    places : ndarray, shape (n, 2)
+        Row and column of each.
+    """
+    apart = np.abs(places[:, np.newaxis] - places)
+    beside = np.any(apart <= IN_LINE, axis=2) & ~np.eye(len(places), dtype=bool)
+    regular: BoolArray = np.asarray(np.any(beside, axis=1))
+    middles = (places[:, np.newaxis] + places) / 2
+    for i, place in enumerate(places):
+        off = np.abs(middles - place).max(axis=2)
+        off[i], off[:, i] = np.inf, np.inf
+        np.fill_diagonal(off, np.inf)
+        ends = np.argwhere(off <= EVEN)
+        if len(ends):
+            regular[i] = True
+            regular[ends.ravel()] = True
+    return bool(np.count_nonzero(regular) > SHARE * len(places))
