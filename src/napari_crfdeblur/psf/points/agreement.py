@@ -10,11 +10,17 @@ from .cutout import Cutout
 
 LIKE = 0.8  # normalised correlation, before they are aligned in earnest
 AGREEING = 0.9  # of each with the mean of the others, from which on streaks are those of one shake
+STRANGE = 0.05  # below the usual agreement of a set: another lamp shines into the streak
+# The same streak covers up to twice as many pixels where its place between them is unlucky or a
+# lens glows around it. Windows blurred alike cover more: they do not belong to the set.
+SPREAD = 2.0
 ROUNDS = 5  # of leaving out what does not agree
 
 
 def alike_sets(things: Sequence[Cutout], fewest: int) -> Iterator[tuple[list[int], Aligned]]:
     """Sets of things that are alike after alignment, and how they lie on each other.
+
+    Each is sought around the smallest thing that is left, so that small things come first.
 
     Parameters
     ----------
@@ -29,21 +35,19 @@ def alike_sets(things: Sequence[Cutout], fewest: int) -> Iterator[tuple[list[int
     """
     if len(things) < fewest:
         return
-    everything = Aligned.of(things)
-    alike, shifts = everything.likeness()
+    alike, shifts = Aligned.of(things).likeness()
+    areas = np.array([area(thing.light) for thing in things])
     left = np.ones(len(things), dtype=bool)
-    while left.sum() >= fewest:
-        # The one that resembles the most others, each by how much.
-        close = np.where((alike >= LIKE) & left & left[:, np.newaxis], alike, 0)
-        seed = int(close.sum(axis=0).argmax())
-        near = np.flatnonzero(close[seed])
-        if len(near) < fewest:
-            return
-        kept, aligned = _agreeing(everything.chosen(near.tolist(), shifts[seed, near]))
-        members = near[kept]
-        if len(members) >= fewest:
-            yield members.tolist(), aligned
-        left[members if len(members) >= fewest else seed] = False
+    for seed in np.argsort(areas).tolist():
+        fits = left & (alike[seed] >= LIKE) & (areas <= SPREAD * areas[seed])
+        near = np.flatnonzero(fits)
+        if not left[seed] or len(near) < fewest:
+            continue
+        close = Aligned.of([things[i] for i in near.tolist()]).moved(shifts[seed, near])
+        kept, aligned = _agreeing(close)
+        if len(kept) >= fewest:
+            left[near[kept]] = False
+            yield near[kept].tolist(), aligned
 
 
 def _agreeing(near: Aligned) -> tuple[list[int], Aligned]:
@@ -51,11 +55,12 @@ def _agreeing(near: Aligned) -> tuple[list[int], Aligned]:
     members, chosen = np.arange(len(near.light)), near.refined()
     for _ in range(ROUNDS):
         fits = chosen.agreement()
-        if float(fits.min()) >= AGREEING or len(members) < 3:
+        bar = max(AGREEING, float(np.median(fits)) - STRANGE)
+        if float(fits.min()) >= bar or len(members) < 3:
             break
         # One stranger spoils the mean for all: the worst half of them goes first.
-        bar = min(AGREEING, float(np.median(fits)))
-        kept = np.flatnonzero((fits >= bar) & (fits > float(fits.min())))
+        least = min(bar, float(np.median(fits)))
+        kept = np.flatnonzero((fits >= least) & (fits > float(fits.min())))
         members, chosen = members[kept], chosen.chosen(kept.tolist()).refined()
     kept = np.flatnonzero(chosen.agreement() >= AGREEING)
     return members[kept].tolist(), chosen.chosen(kept.tolist())

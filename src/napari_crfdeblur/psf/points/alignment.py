@@ -48,18 +48,18 @@ class Aligned:
         light = np.stack([each for each, _ in placed])
         return cls(light, np.stack([offset for _, offset in placed]), weights)
 
-    def chosen(self, which: Sequence[int], offsets: FloatArray | None = None) -> "Aligned":
-        """Some of them, with offsets of their own if they are given."""
+    def chosen(self, which: Sequence[int]) -> "Aligned":
+        """Some of them."""
         index = list(which)
-        own = self.offsets[index] if offsets is None else offsets
-        return Aligned(self.light[index], own, self.weights[index])
+        return Aligned(self.light[index], self.offsets[index], self.weights[index])
+
+    def moved(self, offsets: FloatArray) -> "Aligned":
+        """All of them, with other offsets."""
+        return Aligned(self.light, offsets, self.weights)
 
     def smooth(self) -> FloatArray:
         """All of them smoothed, moved and of norm 1, shape (n, H, W)."""
-        moved = np.stack(
-            [_moved(each, by) for each, by in zip(self.light, self.offsets, strict=True)]
-        )
-        return np.asarray(moved / np.linalg.norm(moved, axis=(1, 2), keepdims=True))
+        return _shifted(_coefficients(self.light), self.offsets)
 
     def likeness(self) -> tuple[FloatArray, FloatArray]:
         """How alike each is to each at best, shape (n, n), and how it lies then, (n, n, 2).
@@ -86,9 +86,9 @@ class Aligned:
 
     def refined(self) -> "Aligned":
         """Each moved so that it fits the mean of all best (Gauss-Newton on the squares)."""
-        offsets = self.offsets.copy()
+        offsets, coefficients = self.offsets.copy(), _coefficients(self.light)
         for _ in range(ROUNDS):
-            pictures = Aligned(self.light, offsets, self.weights).smooth()
+            pictures = _shifted(coefficients, offsets)
             mean = np.tensordot(self.weights / self.weights.sum(), pictures, 1)
             mean /= np.linalg.norm(mean)
             slopes = np.stack([slope.ravel() for slope in np.gradient(mean)])
@@ -155,10 +155,21 @@ def _placed(light: FloatArray, half: int) -> tuple[FloatArray, FloatArray]:
     return padded[rows, columns], whole - center
 
 
-def _moved(light: FloatArray, by: FloatArray) -> FloatArray:
-    smooth = ndimage.gaussian_filter(light, SMOOTHING, mode="constant")
-    moved: FloatArray = ndimage.shift(smooth, by, order=3, mode="constant")
-    return moved
+def _coefficients(light: FloatArray) -> FloatArray:
+    """Splines through smoothed pictures, shape (n, H, W)."""
+    smooth = ndimage.gaussian_filter(light, (0, SMOOTHING, SMOOTHING), mode="constant")
+    return np.stack([ndimage.spline_filter(each, order=3, mode="mirror") for each in smooth])
+
+
+def _shifted(coefficients: FloatArray, offsets: FloatArray) -> FloatArray:
+    """Splines, each moved, as pictures of norm 1."""
+    moved = np.stack(
+        [
+            ndimage.shift(each, by, order=3, mode="constant", prefilter=False)
+            for each, by in zip(coefficients, offsets, strict=True)
+        ]
+    )
+    return np.asarray(moved / np.linalg.norm(moved, axis=(1, 2), keepdims=True))
 
 
 def _linear(light: FloatArray, by: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from scipy import ndimage
 from ..._typing import BoolArray, FloatArray
 from .cutout import CONNECTED, SMOOTHING, Cutout, cut_out
 
-Span: TypeAlias = tuple[slice, slice]
+Bounds: TypeAlias = tuple[slice, slice]
 Peak: TypeAlias = tuple[int, int]
 
 STEP = 1.6  # between levels of light; a thing is taken at the faintest at which it is alone
@@ -24,7 +24,7 @@ INSIDE = 2  # pixels between a thing and the border of the picture
 MOST = 150  # things that are cut out, the brightest; a few hundred would take a second
 
 STANDING_OUT = 20.0  # standard deviations of the ground: noise is then a twentieth of the PSF
-ALONE = 0.15  # of its light, at most, in another thing in its box
+ALONE = 1.0  # of its light, at most, in another thing in its box
 WHOLE = 0.06  # of its peak, at most, on the border of its box
 
 
@@ -42,13 +42,13 @@ def isolated_things(
     """
     gray = linear if linear.ndim == 2 else linear.max(axis=2)
     smooth = ndimage.gaussian_filter(gray, SMOOTHING)
-    boxes: dict[Peak, list[Span]] = {}
+    boxes: dict[Peak, list[Bounds]] = {}
     for peak, box in _boxes(smooth, min(largest or WIDEST, min(gray.shape) // LARGEST)):
         boxes.setdefault(peak, []).append(box)
     brightest = sorted(boxes, key=lambda peak: -smooth[peak])[:MOST]
     found = []
     for peak in brightest:
-        tried = ((box, _cut(linear, clipped, box)) for box in boxes[peak])
+        tried = ((box, _cut(linear, clipped, box, peak)) for box in boxes[peak])
         first = next((each for each in tried if _is_alone(each[1])), None)
         if first is not None:
             box, thing = first
@@ -57,15 +57,16 @@ def isolated_things(
     return found
 
 
-def _cut(linear: FloatArray, clipped: BoolArray | None, box: Span) -> Cutout:
-    return cut_out(linear[box], None if clipped is None else clipped[box])
+def _cut(linear: FloatArray, clipped: BoolArray | None, box: Bounds, peak: Peak) -> Cutout:
+    inside = peak[0] - box[0].start, peak[1] - box[1].start
+    return cut_out(linear[box], None if clipped is None else clipped[box], inside)
 
 
 def _is_alone(thing: Cutout) -> bool:
     return thing.peak >= STANDING_OUT and thing.second <= ALONE and thing.cut <= WHOLE
 
 
-def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Peak, Span]]:
+def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Peak, Bounds]]:
     """Boxes around things above some level, from the lowest level up, and where they peak."""
     level, top = LEAST_LEVEL, float(smooth.max())
     while level * CONTRAST < top:
@@ -82,12 +83,12 @@ def _boxes(smooth: FloatArray, most: int) -> Iterator[tuple[Peak, Span]]:
         level *= STEP
 
 
-def _is_inside(span: Span, shape: tuple[int, ...]) -> bool:
+def _is_inside(span: Bounds, shape: tuple[int, ...]) -> bool:
     ends = zip(span, shape, strict=True)
     return all(own.start >= INSIDE and own.stop <= side - INSIDE for own, side in ends)
 
 
-def _around(span: Span, longest: int, shape: tuple[int, ...]) -> Span:
+def _around(span: Bounds, longest: int, shape: tuple[int, ...]) -> Bounds:
     """A box with a margin, within the picture."""
     margin = max(LEAST_MARGIN, round(MARGIN * longest))
     rows, columns = (

@@ -15,6 +15,7 @@ FAINT = 0.02  # of the peak: glow and reflections of a lens lie below, and littl
 SURE = 5.0  # standard deviations of the ground: a peak that is no noise anywhere in a box
 ROUNDS = 4  # of the fit of the ground, each without what the last has shown to be none
 OUTLIER = 2.5  # standard deviations
+ENOUGH = 1500  # pixels of a rim: they tell its plane to a fortieth of the noise
 MAD = 1.4826  # times the median absolute deviation is the standard deviation of Gaussian noise
 CONNECTED = np.ones((3, 3), dtype=bool)
 
@@ -55,45 +56,50 @@ class Cutout:
         return float(np.linalg.norm(self.light) / self.noise) if self.noise > 0 else np.inf
 
 
-def cut_out(box: FloatArray, clipped: BoolArray | None) -> Cutout:
+def cut_out(
+    box: FloatArray, clipped: BoolArray | None, at: tuple[int, int] | None = None
+) -> Cutout:
     """Part the main thing in a box from the ground and from other things.
 
     The ground is a plane fitted to the rim of the box, without what stands out there; the thing
-    is what hangs together above its noise, and of several the one with the most light.
+    is what hangs together above its noise, and of several the one at a place, or that with the
+    most light.
 
     Parameters
     ----------
     box : ndarray, shape (H, W) or (H, W, C)
         Linear light. Of color, the channels that are not clipped in the thing are added.
     clipped : ndarray of bool, the shape of `box`, optional
+    at : (int, int), optional
+        Row and column in the box of the thing.
     """
     planes = np.atleast_3d(np.asarray(box, dtype=np.float64))
     lost = np.zeros(planes.shape, bool) if clipped is None else clipped.reshape(planes.shape)
-    first = _of_plane(planes.mean(axis=2), np.any(lost, axis=2))
+    first = _of_plane(planes.mean(axis=2), np.any(lost, axis=2), at)
     counts = (lost & first.inside[..., np.newaxis]).sum(axis=(0, 1))
     used = counts == counts.min()
     if used.all():
         return first
-    return _of_plane(planes[..., used].mean(axis=2), np.any(lost[..., used], axis=2))
+    return _of_plane(planes[..., used].mean(axis=2), np.any(lost[..., used], axis=2), at)
 
 
-def _of_plane(plane: FloatArray, lost: BoolArray) -> Cutout:
+def _of_plane(plane: FloatArray, lost: BoolArray, at: tuple[int, int] | None) -> Cutout:
     light, noise = _without_ground(plane)
     smooth = ndimage.gaussian_filter(light, SMOOTHING, mode="nearest")
     spread = MAD * float(np.median(np.abs(smooth[_rim(plane.shape)])))
-    peak = float(smooth.max())
+    peak = float(smooth.max() if at is None else smooth[at])
     least = max(STANDING_OUT * spread, FAINT * peak)
     labels, count = ndimage.label(smooth > least, CONNECTED)
     if not count or peak <= 0:
         nothing = np.zeros(plane.shape)
         return Cutout(nothing, nothing > 0, noise, 0.0, 0.0, 0.0, 0.0)
     sums = ndimage.sum_labels(np.maximum(light, 0), labels, np.arange(1, count + 1))
-    main = int(sums.argmax()) + 1
+    main = int(labels[at]) if at is not None and labels[at] else int(sums.argmax()) + 1
     # What hides below the threshold at the rim of a streak is light, too.
     others = ndimage.binary_dilation((labels > 0) & (labels != main), CONNECTED)
     inside = ndimage.binary_dilation(labels == main, CONNECTED) & ~others
     own = np.where(inside, np.maximum(light, 0), 0)
-    second = float(np.sort(sums)[-2] / sums.max()) if count > 1 else 0.0
+    second = float(np.delete(sums, main - 1).max() / sums[main - 1]) if count > 1 else 0.0
     edge = _rim(plane.shape, 1) & (labels == main)
     return Cutout(
         own,
@@ -111,8 +117,9 @@ def _without_ground(plane: FloatArray) -> tuple[FloatArray, float]:
     rows, columns = (np.linspace(-1, 1, side) for side in plane.shape)
     down, right = np.meshgrid(rows, columns, indexing="ij")
     design = np.stack([np.ones(plane.shape), down, right], axis=-1)
-    on_rim = _rim(plane.shape)
-    seen, values = design[on_rim], plane[on_rim]
+    on_rim = np.flatnonzero(_rim(plane.shape))
+    on_rim = on_rim[:: -(-len(on_rim) // ENOUGH)]
+    seen, values = design.reshape(-1, 3)[on_rim], plane.ravel()[on_rim]
     fit = np.array([np.median(values), 0.0, 0.0])
     for _ in range(ROUNDS):
         rest = values - seen @ fit

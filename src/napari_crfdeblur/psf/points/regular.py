@@ -9,17 +9,27 @@ EVEN = 1.5  # pixels by which the middle one of three may be off the middle betw
 SHARE = 0.5  # of things that stand in rows, above which they are no lamps
 
 
-def stand_in_rows(places: FloatArray) -> bool:
-    """Whether most of some things share a row or a column, or stand in threes at even distances.
+def stand_in_rows(places: FloatArray, others: FloatArray) -> bool:
+    """Whether most of some things share a row or a column with another, or stand evenly.
 
     Parameters
     ----------
     places : ndarray, shape (n, 2)
         Row and column of each.
+    others : ndarray, shape (m, 2)
+        Row and column of further things of their kind.
     """
-    apart = np.abs(places[:, np.newaxis] - places)
-    beside = np.any(apart <= IN_LINE, axis=2) & ~np.eye(len(places), dtype=bool)
-    regular: BoolArray = np.asarray(np.any(beside, axis=1))
+    everything = np.concatenate([places, others])
+    apart = np.abs(places[:, np.newaxis] - everything)
+    apart[np.arange(len(places)), np.arange(len(places))] = np.inf
+    regular: BoolArray = np.asarray(np.any(apart <= IN_LINE, axis=(1, 2)))
+    regular |= _in_threes(places)
+    return bool(np.count_nonzero(regular) > SHARE * len(places))
+
+
+def _in_threes(places: FloatArray) -> BoolArray:
+    """Which are one of three at even distances on a line."""
+    found = np.zeros(len(places), dtype=bool)
     middles = (places[:, np.newaxis] + places) / 2
     for i, place in enumerate(places):
         off = np.abs(middles - place).max(axis=2)
@@ -27,6 +37,6 @@ def stand_in_rows(places: FloatArray) -> bool:
         np.fill_diagonal(off, np.inf)
         ends = np.argwhere(off <= EVEN)
         if len(ends):
-            regular[i] = True
-            regular[ends.ravel()] = True
-    return bool(np.count_nonzero(regular) > SHARE * len(places))
+            found[i] = True
+            found[ends.ravel()] = True
+    return found

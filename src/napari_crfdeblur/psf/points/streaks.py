@@ -6,11 +6,12 @@ from typing import ClassVar
 import numpy as np
 
 from ... import arguments
+from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...progress import Job, Progress
 from ..base import NARROW, Evidence, PsfEstimate, PsfEstimator
 from ..status import PsfStatus
-from .agreement import alike_sets, area
+from .agreement import SPREAD, alike_sets, area
 from .alignment import Aligned
 from .at import without_margins
 from .candidates import isolated_things
@@ -18,6 +19,7 @@ from .cutout import Cutout
 from .regular import stand_in_rows
 
 FEWEST = 3  # streaks that agree: two can be the two same letters of a sign
+SURE = 0.95  # agreement of streaks whose PSF is good; those of one shake mostly agree to .98
 CLIPPED = 0.1  # of the light of a streak in clipped pixels, above which it does not show its shape
 # Nothing can be smaller than a point that is blurred: things below this share of the area of the
 # PSF speak against it, if they are seen at least half as well. One in six streaks may be
@@ -72,37 +74,49 @@ class Streaks(PsfEstimator):
         ]
         things, places = [thing for _, thing in found], [place for place, _ in found]
         yield Progress("light streaks", 1, 2)
-        sets = [*alike_sets(things, FEWEST)]
-        sets = [own for own in sets if not stand_in_rows(np.array([places[i] for i in own[0]]))]
+        sets = alike_sets(things, FEWEST)
+        lamps = (own for own in sets if not _in_rows(own[0], things, places))
+        # Those of the smallest things come first: larger ones, such as windows, are blurred by it.
+        first = next(lamps, None)
+        if first is None:
+            raise CrfDeblurError(NONE)
         yield Progress("light streaks", 2, 2)
-        return _estimate(things, sets)
+        return _estimate(things, *first)
 
 
-def _estimate(things: list[Cutout], sets: list[tuple[list[int], Aligned]]) -> PsfEstimate:
-    """The PSF of the set of the smallest things: larger ones, such as windows, are blurred by it.
+def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> PsfEstimate:
+    """The PSF of some of the things.
 
     Raises
     ------
     CrfDeblurError
-        There is none, or it cannot be a PSF.
+        It cannot be one.
     """
-    if not sets:
-        raise CrfDeblurError(NONE)
-    spread = [float(np.median([area(things[i].light) for i in own])) for own, _ in sets]
-    members, aligned = sets[int(np.argmin(spread))]
     psf = without_margins(aligned.psf())
     if area(psf) < NARROW:
         raise CrfDeblurError(SHARP)
     smaller = _contradicting(things, members, area(psf))
     if smaller > MOST_STRANGE * len(members):
         raise CrfDeblurError(NONE)
+    agreement = float(np.median(aligned.agreement()))
+    status = PsfStatus.GOOD if agreement >= SURE else PsfStatus.DOUBTFUL
     figures = {
         "streaks": float(len(members)),
         "things": float(len(things)),
         "smaller": float(smaller),
-        "agreement": float(np.median(aligned.agreement())),
+        "agreement": agreement,
     }
-    return PsfEstimate(psf, PsfStatus.GOOD, figures)
+    return PsfEstimate(psf, status, figures)
+
+
+def _in_rows(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
+    """Whether some of the things stand in rows, with others that are not much larger."""
+    largest = SPREAD * float(np.median([area(things[i].light) for i in members]))
+    near = [i for i, thing in enumerate(things) if area(thing.light) <= largest]
+    others = [places[i] for i in near if i not in members]
+    return stand_in_rows(
+        np.array([places[i] for i in members]), np.array(others).reshape(len(others), 2)
+    )
 
 
 def _contradicting(things: list[Cutout], members: list[int], covered: float) -> int:
