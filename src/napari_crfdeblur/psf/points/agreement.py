@@ -14,6 +14,8 @@ STRANGE = 0.05  # below the usual agreement of a set: another lamp shines into t
 # The same streak covers up to twice as many pixels where its place between them is unlucky or a
 # lens glows around it. Windows blurred alike cover more: they do not belong to the set.
 SPREAD = 2.0
+SEEDS, TRIES = 30, 8  # smallest things, and sets around them, that are looked at: it takes time
+MOST = 16  # things in a set: more streaks would hardly make its PSF better
 ROUNDS = 5  # of leaving out what does not agree
 
 
@@ -33,21 +35,28 @@ def alike_sets(things: Sequence[Cutout], fewest: int) -> Iterator[tuple[list[int
     tuple of (list of int, Aligned)
         Their numbers, in order. No thing is in two sets.
     """
-    if len(things) < fewest:
-        return
-    alike, shifts = Aligned.of(things).likeness()
     areas = np.array([area(thing.light) for thing in things])
+    sides = np.array([max(np.ptp(np.nonzero(thing.light), axis=1)) for thing in things])
     left = np.ones(len(things), dtype=bool)
-    for seed in np.argsort(areas).tolist():
-        fits = left & (alike[seed] >= LIKE) & (areas <= SPREAD * areas[seed])
-        near = np.flatnonzero(fits)
+    tries = 0
+    for seed in np.argsort(areas)[:SEEDS].tolist():
+        alike_sized = (areas <= SPREAD * areas[seed]) & (sides <= SPREAD * sides[seed])
+        near = np.flatnonzero(left & (areas >= areas[seed]) & alike_sized)
         if not left[seed] or len(near) < fewest:
             continue
-        close = Aligned.of([things[i] for i in near.tolist()]).moved(shifts[seed, near])
-        kept, aligned = _agreeing(close)
+        around = Aligned.of([things[i] for i in near.tolist()])
+        alike, shifts = around.likeness_to(int(np.searchsorted(near, seed)))
+        close = np.argsort(-alike)[: min(MOST, np.count_nonzero(alike >= LIKE))]
+        if len(close) < fewest:
+            continue
+        tries += 1
+        if tries > TRIES:
+            return
+        kept, aligned = _agreeing(around.chosen(close.tolist()).moved(shifts[close]))
         if len(kept) >= fewest:
-            left[near[kept]] = False
-            yield near[kept].tolist(), aligned
+            members = near[close[kept]]
+            left[members] = False
+            yield members.tolist(), aligned
 
 
 def _agreeing(near: Aligned) -> tuple[list[int], Aligned]:

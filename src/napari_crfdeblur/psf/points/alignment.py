@@ -61,28 +61,20 @@ class Aligned:
         """All of them smoothed, moved and of norm 1, shape (n, H, W)."""
         return _shifted(_coefficients(self.light), self.offsets)
 
-    def likeness(self) -> tuple[FloatArray, FloatArray]:
-        """How alike each is to each at best, shape (n, n), and how it lies then, (n, n, 2).
+    def likeness_to(self, one: int) -> tuple[FloatArray, FloatArray]:
+        """How alike each is to one of them at best, shape (n,), and how it lies then, (n, 2).
 
-        The second has the rows and columns by which the second of a pair has to be moved, so
-        that it lies on the first.
+        The second has the rows and columns by which each has to be moved to lie on that one.
         """
         factor = -(-self.light.shape[1] // COARSE)
-        flat = Aligned(self.light, np.zeros_like(self.offsets), self.weights).smooth()
-        small = ndimage.zoom(flat, (1, 1 / factor, 1 / factor), order=1) if factor > 1 else flat
+        flat = ndimage.gaussian_filter(self.light, (0, SMOOTHING, SMOOTHING), mode="constant")
+        small = flat[:, ::factor, ::factor]
         small = small / np.linalg.norm(small, axis=(1, 2), keepdims=True)
         side = fft.next_fast_len(2 * small.shape[1], real=True)
         spectra = fft.rfft2(small, (side, side))
-        count = len(small)
-        alike, shifts = np.eye(count), np.zeros((count, count, 2))
-        for i in range(count - 1):
-            pairs = fft.irfft2(spectra[i] * np.conj(spectra[i + 1 :]), (side, side))
-            places = pairs.reshape(len(pairs), -1).argmax(axis=1)
-            best = np.stack(np.unravel_index(places, (side, side)), axis=1)
-            shift = (best + side // 2) % side - side // 2
-            alike[i, i + 1 :] = alike[i + 1 :, i] = pairs.reshape(len(pairs), -1).max(axis=1)
-            shifts[i, i + 1 :], shifts[i + 1 :, i] = factor * shift, -factor * shift
-        return alike, shifts
+        pairs = fft.irfft2(spectra[one] * np.conj(spectra), (side, side)).reshape(len(small), -1)
+        best = np.stack(np.unravel_index(pairs.argmax(axis=1), (side, side)), axis=1)
+        return pairs.max(axis=1), factor * ((best + side // 2) % side - side // 2)
 
     def refined(self) -> "Aligned":
         """Each moved so that it fits the mean of all best (Gauss-Newton on the squares)."""

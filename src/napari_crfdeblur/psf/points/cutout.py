@@ -17,6 +17,7 @@ ROUNDS = 4  # of the fit of the ground, each without what the last has shown to 
 OUTLIER = 2.5  # standard deviations
 ENOUGH = 1500  # pixels of a rim: they tell its plane to a fortieth of the noise
 MAD = 1.4826  # times the median absolute deviation is the standard deviation of Gaussian noise
+NOTHING = 1e-12  # of light: keeps quotients finite where there is none
 CONNECTED = np.ones((3, 3), dtype=bool)
 
 
@@ -99,14 +100,15 @@ def _of_plane(plane: FloatArray, lost: BoolArray, at: tuple[int, int] | None) ->
     others = ndimage.binary_dilation((labels > 0) & (labels != main), CONNECTED)
     inside = ndimage.binary_dilation(labels == main, CONNECTED) & ~others
     own = np.where(inside, np.maximum(light, 0), 0)
-    second = float(np.delete(sums, main - 1).max() / sums[main - 1]) if count > 1 else 0.0
+    rest = np.delete(sums, main - 1).max(initial=0.0)
+    second = float(rest / max(sums[main - 1], NOTHING))
     edge = _rim(plane.shape, 1) & (labels == main)
     return Cutout(
         own,
         inside,
         noise,
         peak / spread if spread > 0 else np.inf,
-        float(own[lost].sum() / own.sum()),
+        float(own[lost].sum() / max(own.sum(), NOTHING)),
         second,
         float(smooth[edge].max() / peak) if edge.any() else 0.0,
     )

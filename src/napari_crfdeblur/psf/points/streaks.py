@@ -9,7 +9,7 @@ from ... import arguments
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
 from ...progress import Job, Progress
-from ..base import NARROW, Evidence, PsfEstimate, PsfEstimator
+from ..base import Evidence, PsfEstimate, PsfEstimator
 from ..status import PsfStatus
 from .agreement import SPREAD, alike_sets, area
 from .alignment import Aligned
@@ -25,6 +25,9 @@ CLIPPED = 0.1  # of the light of a streak in clipped pixels, above which it does
 # PSF speak against it, if they are seen at least half as well. One in six streaks may be
 # contradicted, by a dead pixel or a light that moved.
 SMALLER, SEEN, MOST_STRANGE = 0.7, 0.5, 1 / 6
+# Pixels of standard deviation along the longest direction: points with a half width of 2 pixels
+# are what a good lens makes of a lamp or a star.
+SHARPEST = 0.9
 NONE = (
     "no light streaks that agree were found; draw a box around one, or let the picture tell the PSF"
 )
@@ -75,11 +78,11 @@ class Streaks(PsfEstimator):
         things, places = [thing for _, thing in found], [place for place, _ in found]
         yield Progress("light streaks", 1, 2)
         sets = alike_sets(things, FEWEST)
-        lamps = (own for own in sets if not _in_rows(own[0], things, places))
-        # Those of the smallest things come first: larger ones, such as windows, are blurred by it.
-        first = next(lamps, None)
-        if first is None:
+        lamps = [own for own in sets if not _in_rows(own[0], things, places)]
+        if not lamps:
             raise CrfDeblurError(NONE)
+        # Those of the smallest things come first: larger ones, such as windows, are blurred by it.
+        first = next((own for own in lamps if _agreement(own[1]) >= SURE), lamps[0])
         yield Progress("light streaks", 2, 2)
         return _estimate(things, *first)
 
@@ -93,12 +96,12 @@ def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> Psf
         It cannot be one.
     """
     psf = without_margins(aligned.psf())
-    if area(psf) < NARROW:
+    if _spread(psf) < SHARPEST:
         raise CrfDeblurError(SHARP)
     smaller = _contradicting(things, members, area(psf))
     if smaller > MOST_STRANGE * len(members):
         raise CrfDeblurError(NONE)
-    agreement = float(np.median(aligned.agreement()))
+    agreement = _agreement(aligned)
     status = PsfStatus.GOOD if agreement >= SURE else PsfStatus.DOUBTFUL
     figures = {
         "streaks": float(len(members)),
@@ -107,6 +110,16 @@ def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> Psf
         "agreement": agreement,
     }
     return PsfEstimate(psf, status, figures)
+
+
+def _agreement(aligned: Aligned) -> float:
+    return float(np.median(aligned.agreement()))
+
+
+def _spread(psf: FloatArray) -> float:
+    """Standard deviation of a PSF along its longest direction, in pixels."""
+    places = np.indices(psf.shape).reshape(2, -1)
+    return float(np.sqrt(np.linalg.eigvalsh(np.cov(places, aweights=psf.ravel(), ddof=0))[-1]))
 
 
 def _in_rows(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
