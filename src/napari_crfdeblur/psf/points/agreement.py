@@ -14,7 +14,7 @@ STRANGE = 0.05  # below the usual agreement of a set: another lamp shines into t
 # The same streak covers up to twice as many pixels where its place between them is unlucky or a
 # lens glows around it. Windows blurred alike cover more: they do not belong to the set.
 SPREAD = 2.0
-SEEDS, TRIES = 30, 8  # smallest things, and sets around them, that are looked at: it takes time
+SEEDS, TRIES = 16, 8  # smallest things, and sets around them, that are looked at: it takes time
 MOST = 16  # things in a set: more streaks would hardly make its PSF better
 ROUNDS = 5  # of leaving out what does not agree
 

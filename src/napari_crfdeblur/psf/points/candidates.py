@@ -21,7 +21,7 @@ SMALLEST = 3  # pixels of the longer side: less is a dead pixel, which no lens h
 MARGIN = 0.35  # of the longer side of a thing, in which the ground is seen around it, and
 LEAST_MARGIN = 5  # pixels
 INSIDE = 2  # pixels between a thing and the border of the picture
-MOST_THINGS = 100  # that are cut out, the brightest; a few hundred would take a second
+MOST_THINGS = 80  # that are cut out, the brightest; a few hundred would take a second
 
 STANDING_OUT = 20.0  # standard deviations of the ground: noise is then a twentieth of the PSF
 ALONE = 1.0  # of its light, at most, in another thing in its box

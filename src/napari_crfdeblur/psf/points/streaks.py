@@ -20,7 +20,7 @@ from .regular import stand_in_rows
 
 FEWEST = 3  # streaks that agree: two can be the two same letters of a sign
 SURE = 0.95  # agreement of streaks whose PSF is good; those of one shake mostly agree to .98
-CLIPPED = 0.1  # of the light of a streak in clipped pixels, above which it does not show its shape
+CLIPPED = 0.2  # of the light of a streak in clipped pixels, above which it does not show its shape
 # Nothing can be smaller than a point that is blurred: things below this share of the area of the
 # PSF speak against it, if they are seen at least half as well. One in six streaks may be
 # contradicted, by a dead pixel or a light that moved.
