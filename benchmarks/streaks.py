@@ -195,7 +195,6 @@ def scenes_table(seeds: range) -> None:
         found, spent = answer(photo, RESPONSE)
         likeness.append(np.nan if found is None else kernel_similarity(found.psf, psf))
         seconds.append(spent)
-        print(f"scene {seed}: {likeness[-1]:.3f}", flush=True) if VERBOSE else None
     values = np.array(likeness)
     told = values[np.isfinite(values)]
     print(
@@ -232,9 +231,6 @@ def real_table() -> None:
             f"| `{name}` | {figures['streaks']:.0f} | {figures['agreement']:.3f} | {like:.3f} | "
             f"{spent:.2f} |"
         )
-
-
-VERBOSE = True
 
 
 def main() -> None:

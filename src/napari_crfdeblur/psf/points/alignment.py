@@ -117,8 +117,11 @@ class Aligned:
         offsets = self.offsets + self._off_center()
         gains = self.light.sum(axis=(1, 2))
         share = self.weights / self.weights.sum()
-        pictures = self.light / gains[:, np.newaxis, np.newaxis]
-        psf: FloatArray = np.zeros(self.light.shape[1:])
+        # Nothing may be moved out of the frame, where no quotient could bring it back.
+        room = int(np.ceil(np.abs(offsets).max())) + 1
+        padded = np.pad(self.light, [(0, 0), (room, room), (room, room)])
+        pictures = padded / gains[:, np.newaxis, np.newaxis]
+        psf: FloatArray = np.zeros(pictures.shape[1:])
         for w, each, by in zip(share, pictures, offsets, strict=True):
             psf += w * _linear(each, by)
         for _ in range(FITTING):
