@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+from scipy import ndimage
 
 from ... import arguments
 from ..._typing import FloatArray
@@ -28,6 +29,9 @@ SMALLER, SEEN, MOST_STRANGE = 0.7, 0.5, 1 / 6
 # Pixels of standard deviation along the longest direction: points with a half width of 2 pixels
 # are what a good lens makes of a lamp or a star.
 SHARPEST = 0.9
+# Of the light above a quarter of the peak, what lies where a square of so many pixels fits in: a
+# moving point draws a line. Out of focus it does not, but alike windows look like that, too.
+THICK, MOST_THICK = 5, 0.5
 NONE = (
     "no light streaks that agree were found; draw a box around one, or let the picture tell the PSF"
 )
@@ -102,12 +106,15 @@ def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> Psf
     if smaller > MOST_STRANGE * len(members):
         raise CrfDeblurError(NONE)
     agreement = _agreement(aligned)
-    status = PsfStatus.GOOD if agreement >= SURE else PsfStatus.DOUBTFUL
+    thick = _thick(psf)
+    good = agreement >= SURE and thick <= MOST_THICK
+    status = PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
     figures = {
         "streaks": float(len(members)),
         "things": float(len(things)),
         "smaller": float(smaller),
         "agreement": agreement,
+        "thick": thick,
     }
     return PsfEstimate(psf, status, figures)
 
@@ -120,6 +127,14 @@ def _spread(psf: FloatArray) -> float:
     """Standard deviation of a PSF along its longest direction, in pixels."""
     places = np.indices(psf.shape).reshape(2, -1)
     return float(np.sqrt(np.linalg.eigvalsh(np.cov(places, aweights=psf.ravel(), ddof=0))[-1]))
+
+
+def _thick(psf: FloatArray) -> float:
+    """Share of the light that is not in a line."""
+    bright = psf >= psf.max() / 4
+    broad = ndimage.binary_opening(np.pad(bright, THICK), np.ones((THICK, THICK)))
+    inner = broad[THICK:-THICK, THICK:-THICK]
+    return float(psf[inner].sum() / psf[bright].sum())
 
 
 def _in_rows(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
