@@ -54,6 +54,7 @@ REAL = (
 SHAPES = (480, 640), (600, 450), (360, 700), (700, 900)
 SIZES = 9, 15, 21, 31, 45
 NOISE = 0.001, 0.003, 0.006
+SOFT = 0.45  # pixels: standard deviation of a lamp as a sharp photo shows it
 RESPONSE = Gamma(2.2)
 GOOD = 0.95
 
@@ -104,10 +105,10 @@ def lamps_in(
         places = np.concatenate([places, place[None]])
         power = np.exp(rng.uniform(*np.log(powers))) / psf.max()
         color = rng.uniform(0.4, 1, 3)
-        part = place - [row, column]
-        for down, right in np.ndindex(2, 2):
-            share = np.prod(np.abs([1 - down, 1 - right] - part))
-            scene[row + down, column + right] += power * share * color / color.max()
+        near = np.arange(-3, 4)
+        spot = np.exp(-np.square(near[:, None] - (place - [row, column])) / (2 * SOFT**2))
+        spot = np.outer(*(spot / spot.sum(axis=0)).T)[..., None] * color / color.max()
+        scene[row - 3 : row + 4, column - 3 : column + 4] += power * spot
 
 
 def recorded(rng: np.random.Generator, light: Array, noise: float) -> Photo:

@@ -153,6 +153,14 @@ def test_windows_in_rows_are_no_streaks() -> None:
     assert "no light streaks" in refusal(seen, Streaks())
 
 
+def test_the_same_letter_at_several_places_is_no_streak() -> None:
+    light = np.full(SIDES, 0.01)
+    for row, column in ((30, 45), (71, 260), (118, 121), (183, 203)):
+        light[row : row + 15, column : column + 3] = 0.6
+        light[row + 12 : row + 15, column : column + 9] = 0.6
+    assert "no light streaks" in refusal(evidence(light), Streaks())
+
+
 def test_stars_of_a_sharp_photo_are_refused() -> None:
     rng = np.random.default_rng(4)
     light = np.full(SIDES, 0.01)

@@ -17,7 +17,7 @@ from .alignment import Aligned
 from .at import without_margins
 from .candidates import isolated_things
 from .cutout import Cutout
-from .regular import stand_in_rows
+from .regular import are_equal, stand_in_rows
 
 FEWEST = 3  # streaks that agree: two can be the two same letters of a sign
 SURE = 0.95  # agreement of streaks whose PSF is good; those of one shake mostly agree to .98
@@ -82,7 +82,7 @@ class Streaks(PsfEstimator):
         things, places = [thing for _, thing in found], [place for place, _ in found]
         yield Progress("light streaks", 1, 2)
         sets = alike_sets(things, FEWEST)
-        lamps = [own for own in sets if not _in_rows(own[0], things, places)]
+        lamps = [own for own in sets if not _is_made(own[0], things, places)]
         if not lamps:
             raise CrfDeblurError(NONE)
         # Those of the smallest things come first: larger ones, such as windows, are blurred by it.
@@ -137,8 +137,11 @@ def _thick(psf: FloatArray) -> float:
     return float(psf[inner].sum() / psf[bright].sum())
 
 
-def _in_rows(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
-    """Whether some of the things stand in rows, with others that are not much larger."""
+def _is_made(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
+    """Whether some of the things are windows or letters: in rows, or equally bright."""
+    if are_equal(np.array([things[i].light.sum() for i in members])):
+        return True
+    # Others of their row may agree less, and are not much larger.
     largest = SPREAD * float(np.median([area(things[i].light) for i in members]))
     near = [i for i, thing in enumerate(things) if area(thing.light) <= largest]
     others = [places[i] for i in near if i not in members]
