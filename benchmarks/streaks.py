@@ -45,11 +45,12 @@ Array = NDArray[np.floating]
 Photo = NDArray[np.uint8]
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data"
 REAL = (
-    "DSC0065_small",
-    "IMG_0747_Gaussion",
-    "image_saturation_1",
-    "las_vegas_saturated",
-    "8_patch_use",
+    "IMG_4561.jpg",
+    "DSC0065_small.png",
+    "IMG_0747_Gaussion.png",
+    "image_saturation_1.png",
+    "las_vegas_saturated.png",
+    "8_patch_use.png",
 )
 SHAPES = (480, 640), (600, 450), (360, 700), (700, 900)
 SIZES = 9, 15, 21, 31, 45
@@ -221,16 +222,18 @@ def real_table() -> None:
     print("\n| real photo | streaks | agreement | likeness to the published PSF | CPU s/Mpx |")
     print("|---" * 5 + "|")
     for name in REAL:
-        photo = iio.imread(DATA / "real" / f"{name}.png")[..., :3]
-        published = iio.imread(DATA / "real" / f"{name}__published_psf.png").astype(float)
+        photo = iio.imread(DATA / "real" / name)[..., :3]
+        published = iio.imread(DATA / "real" / f"{Path(name).stem}__published_psf.png").astype(
+            float
+        )
         found, spent = answer(photo, SRGB())
         if found is None:
-            print(f"| `{name}` | refused | | | {spent:.2f} |")
+            print(f"| `{Path(name).stem}` | refused | | | {spent:.2f} |")
             continue
         figures, like = found.diagnostics, kernel_similarity(found.psf, published)
         print(
-            f"| `{name}` | {figures['streaks']:.0f} | {figures['agreement']:.3f} | {like:.3f} | "
-            f"{spent:.2f} |"
+            f"| `{Path(name).stem}` | {figures['streaks']:.0f} | {figures['agreement']:.3f} "
+            f"| {like:.3f} | {spent:.2f} |"
         )
 
 

@@ -173,6 +173,12 @@ def test_few_stars_of_a_sharp_photo_are_told_to_be_points() -> None:
     assert "points" in refusal(seen, Streaks())
 
 
+def test_round_lamps_are_doubted_as_they_may_be_sharp() -> None:
+    found = estimate_psf(evidence(scene(LAMPS, gaussian(2.0))), Streaks())
+    assert found.status is PsfStatus.DOUBTFUL
+    assert found.diagnostics["roundness"] > 0.4
+
+
 def test_strokes_of_ink_on_white_are_no_streaks() -> None:
     rng = np.random.default_rng(5)
     page = np.full(SIDES, 0.9)

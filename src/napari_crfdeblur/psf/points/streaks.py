@@ -32,6 +32,9 @@ SHARPEST = 0.9
 # Of the light above a quarter of the peak, what lies where a square of so many pixels fits in: a
 # moving point draws a line. Out of focus it does not, but alike windows look like that, too.
 THICK, MOST_THICK = 5, 0.5
+# Pixels that a PSF covers, as a share of the square of its length: up to .37 for shakes of 7 pixels
+# and more, .45 to .7 for the small round lamps of six photos that were sharp already.
+ROUND = 0.4
 NONE = (
     "no light streaks that agree were found; draw a box around one, or let the picture tell the PSF"
 )
@@ -106,8 +109,8 @@ def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> Psf
     if smaller > MOST_STRANGE * len(members):
         raise CrfDeblurError(NONE)
     agreement = _agreement(aligned)
-    thick = _thick(psf)
-    good = agreement >= SURE and thick <= MOST_THICK
+    thick, roundness = _thick(psf), _roundness(psf)
+    good = agreement >= SURE and thick <= MOST_THICK and roundness <= ROUND
     status = PsfStatus.GOOD if good else PsfStatus.DOUBTFUL
     figures = {
         "streaks": float(len(members)),
@@ -115,6 +118,7 @@ def _estimate(things: list[Cutout], members: list[int], aligned: Aligned) -> Psf
         "smaller": float(smaller),
         "agreement": agreement,
         "thick": thick,
+        "roundness": roundness,
     }
     return PsfEstimate(psf, status, figures)
 
@@ -135,6 +139,13 @@ def _thick(psf: FloatArray) -> float:
     broad = ndimage.binary_opening(np.pad(bright, THICK), np.ones((THICK, THICK)))
     inner = broad[THICK:-THICK, THICK:-THICK]
     return float(psf[inner].sum() / psf[bright].sum())
+
+
+def _roundness(psf: FloatArray) -> float:
+    """Pixels that the light covers, as a share of the square of its length."""
+    places = np.nonzero(psf >= psf.max() / 10)
+    length = max(int(np.ptp(axis)) + 1 for axis in places)
+    return area(psf) / length**2
 
 
 def _is_made(members: list[int], things: list[Cutout], places: list[FloatArray]) -> bool:
