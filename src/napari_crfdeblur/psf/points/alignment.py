@@ -38,10 +38,9 @@ class Aligned:
     weights: FloatArray
 
     @classmethod
-    def of(cls, things: Sequence[Cutout], side: int | None = None) -> "Aligned":
-        """In a frame of odd sides that holds all of them, or of one side that is given."""
-        sizes = [max(_reach(thing.light)) for thing in things]
-        half = max(sizes) + PAD if side is None else side // 2 + PAD
+    def of(cls, things: Sequence[Cutout]) -> "Aligned":
+        """In a square frame that holds all of them."""
+        half = max(max(_reach(thing.light)) for thing in things) + PAD
         placed = [_placed(thing.light, half) for thing in things]
         # A bright lamp is not worth a hundred faint ones: what tells lamps apart is no noise.
         weights = np.minimum([thing.signal for thing in things], MOST_SIGNAL) ** 2
