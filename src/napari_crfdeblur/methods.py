@@ -64,6 +64,7 @@ PSFS = (
     Method("shan", "Shan et al.", "psf", "Shan"),
     Method("edges", "straight edges (Radon)", "psf", "RadonFit"),
     Method("radon-map", "picture and edges (Radon)", "psf", "RadonMap"),
+    Method("streaks", "light streaks", "psf", "Streaks"),
 )
 """Ways to find the PSF."""
 

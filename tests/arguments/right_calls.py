@@ -106,6 +106,10 @@ CALLS: dict[Any, dict[str, Any]] = {
     psf.disk: {"radius": 2.2},
     psf.gaussian: {"sigma": 1.1},
     psf.camera_shake: {"size": 7, "seed": 5},
+    psf.Beads: {"places": ((3.0, 15.5), (12.0, 9.0)), "size": 7},
+    psf.MotionPath: {"points": ((3.0, 15.5), (12.0, 9.0)), "width": 2.0},
+    psf.PsfAt: {"row": 9.0, "column": 12.5, "size": 7},
+    psf.Streaks: {"size": 5},
     psf.GivenPsf: {"psf": KERNEL, "parts": FIELD},
     psf.Evidence: {
         "linear": PLANE,

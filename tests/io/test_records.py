@@ -64,9 +64,12 @@ from napari_crfdeblur.profiles import (
     ProfileSource,
 )
 from napari_crfdeblur.psf import (
+    Beads,
     Fergus,
     GivenPsf,
+    MotionPath,
     Poses,
+    PsfAt,
     PsfEstimate,
     PsfEstimator,
     PsfField,
@@ -74,6 +77,7 @@ from napari_crfdeblur.psf import (
     RadonFit,
     RadonMap,
     Shan,
+    Streaks,
     Variational,
     XuJia,
 )
@@ -144,6 +148,10 @@ OBJECTS = [
     XuJia(size=25, region=300),
     Fergus(size=25, region=300),
     Shan(size=25, region=300),
+    Streaks(size=25),
+    PsfAt(row=40.5, column=30.0, size=25),
+    Beads(places=((40.5, 30.0), (20.0, 61.25)), size=25),
+    MotionPath(points=((0.0, 3.5), (4.0, 7.0), (9.5, 7.25)), width=2.0),
     RadonFit(size=25, smoothness=1.0, sparsity=2.5),
     RadonMap(size=25, region=300, weight=0.5),
     PsfEstimate(GivenPsf(KERNEL).psf, PsfStatus.DOUBTFUL, {"halves": 0.25}),

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from napari.layers import Image as ImageLayer
-from napari.layers import Shapes
+from napari.layers import Points, Shapes
 
 from .._typing import FloatArray
 from ..deconvolution.tiles import Region
@@ -121,8 +121,10 @@ def drawn_shape(layer: Shapes, number: int, photo: ImageLayer) -> Line | Rectang
     )
 
 
-def points_in(layer: Shapes, vertices: FloatArray, photo: ImageLayer) -> list[tuple[float, float]]:
-    """Vertices of a Shapes layer as (row, column) of the photo, whatever their coordinates."""
+def points_in(
+    layer: Points | Shapes, vertices: FloatArray, photo: ImageLayer
+) -> list[tuple[float, float]]:
+    """Vertices of a layer as (row, column) of the photo, whatever their coordinates."""
     points = []
     for vertex in vertices:
         world = layer.data_to_world(vertex)

@@ -22,7 +22,9 @@ from ..io.limits import LIMITS, Limits
 from ..methods import DECONVOLUTIONS, PSFS, RESPONSES, named, words
 from ..pipeline import DeblurOptions
 from ..psf import (
+    Beads,
     GivenPsf,
+    PsfAt,
     PsfEstimator,
     Variational,
     camera_shake,
@@ -55,12 +57,16 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
     if "response" in given:
         options = replace(options, response=response_fits(arguments))
         word = "auto" if arguments.command == "batch" and psf in SHARED else str(psf)
-        options = replace(options, psf=psf_estimator(word, arguments.psf_size))
+        places = given.get("psf_at")
+        method = (
+            estimator_at(places, arguments) if places else psf_estimator(word, arguments.psf_size)
+        )
+        options = replace(options, psf=method)
     if arguments.command in ("deblur", "batch"):
-        method = named(DECONVOLUTIONS, arguments.method).make()
+        undone = named(DECONVOLUTIONS, arguments.method).make()
         if arguments.strength != 1:
-            method = Strengthened(method, arguments.strength)
-        options = replace(options, method=method, guard=arguments.guard)
+            undone = Strengthened(undone, arguments.strength)
+        options = replace(options, method=undone, guard=arguments.guard)
     return options
 
 
@@ -150,6 +156,20 @@ def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     if size:
         raise CrfDeblurError("--psf-size is for an estimated PSF: leave it out with --psf FILE")
     return GivenPsf(read_psf(Path(text)))
+
+
+def estimator_at(places: Sequence[tuple[float, float, int]], arguments: Namespace) -> PsfEstimator:
+    """Method for ``--psf-at``: one streak, or the mean of several."""
+    if arguments.psf != "auto" or arguments.psf_size:
+        option = "--from" if arguments.command == "psf" else "--psf"
+        other = "--psf-size" if arguments.psf == "auto" else option
+        raise CrfDeblurError(f"--psf-at tells the PSF already: leave out {other}")
+    if len(places) == 1:
+        return PsfAt(*places[0])
+    sizes = {size for _, _, size in places}
+    if len(sizes) > 1:
+        raise CrfDeblurError("the boxes of --psf-at differ in size: give one SIZE for all of them")
+    return Beads(tuple((row, column) for row, column, _ in places), sizes.pop())
 
 
 def _number(text: str, whole: str) -> float:

@@ -10,6 +10,7 @@ from ..texts import printable
 LONGEST_SIDE = 16384  # rows or columns of a simulated photo
 MOST_PIXELS = 1 << 26  # of a simulated photo: some GB of memory while it is made
 LARGEST_PSF = 999  # rows or columns: the search for a larger one takes hours
+SMALLEST_BOX = 7  # pixels around a point, so that ground is seen beside it
 LARGEST_EXTENT = 9999.0  # pixels that an edge can be blurred over
 MOST_PARTS = 99  # rows or columns of parts with a PSF of their own
 LARGEST_SEED = 2**32 - 1
@@ -87,6 +88,18 @@ def size(text: str) -> tuple[int, int]:
             f"expected at most {MOST_PIXELS / 1e6:.0f} megapixels, got {_short(text)}"
         )
     return pair
+
+
+def box(text: str) -> tuple[float, float, int]:
+    """Row, column and size of a box in a photo; an even size becomes the next odd one."""
+    parts = [_whole(part.strip()) for part in text.split(",")]
+    numbers = [part for part in parts if part is not None]
+    if len(parts) != 3 or len(numbers) != 3 or not SMALLEST_BOX <= numbers[2] <= LARGEST_PSF:
+        raise ArgumentTypeError(
+            f"expected ROW,COLUMN,SIZE in whole pixels, SIZE from {SMALLEST_BOX} to "
+            f"{LARGEST_PSF}, got {_short(text)}"
+        )
+    return float(numbers[0]), float(numbers[1]), numbers[2] | 1
 
 
 def grid(text: str) -> tuple[int, int]:

@@ -10,8 +10,8 @@ from . import kinds
 RESPONSE_HELP = "auto (estimate it), gamma:2.2, srgb, identity, or a response file (.json)"
 PSFS = ("auto", *words(methods.PSFS))
 PSF_HELP = (
-    "auto (from the picture), edges (from them alone), variational, xu-jia, fergus, shan (from "
-    "the picture by these methods), or a file (.png, .tif, .npy)"
+    "auto (from the picture), edges (from them alone), streaks (from those of lamps), variational, "
+    "xu-jia, fergus, shan (from the picture by these methods), or a file (.png, .tif, .npy)"
 )
 METHODS = words(methods.DECONVOLUTIONS)
 
@@ -128,6 +128,18 @@ def psf_size(command: ArgumentParser) -> None:
         metavar="PIXELS",
         help=f"largest extent of the PSF, 3 to {kinds.LARGEST_PSF} "
         "(default: found from the picture)",
+    )
+
+
+def psf_at(command: ArgumentParser) -> None:
+    """``--psf-at``."""
+    command.add_argument(
+        "--psf-at",
+        type=kinds.box,
+        action="append",
+        metavar="ROW,COLUMN,SIZE",
+        help="the PSF is the streak of a lamp, or a point, in a box around this place, SIZE of "
+        f"{kinds.SMALLEST_BOX} to {kinds.LARGEST_PSF} pixels; repeated for the mean of several",
     )
 
 

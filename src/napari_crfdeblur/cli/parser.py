@@ -94,6 +94,7 @@ def _deblur(add: Add) -> None:
     )
     options.method(deblur)
     options.psf_size(deblur)
+    options.psf_at(deblur)
     options.edges(deblur)
     options.report(deblur)
     options.largest(deblur)
@@ -221,10 +222,11 @@ def _psf(add: Add) -> None:
         dest="psf",
         choices=options.PSFS,
         default="auto",
-        help="what the PSF is found from: the picture, by the best method or a named one, or "
-        "straight edges, alone or with it (default: auto)",
+        help="what the PSF is found from: the picture, by the best method or a named one, "
+        "straight edges, alone or with it, or the streaks of lamps (default: auto)",
     )
     options.psf_size(psf)
+    options.psf_at(psf)
     options.edges(psf)
     options.report(psf)
     options.largest(psf)

@@ -18,7 +18,7 @@ from ..pipeline import (
 )
 from ..pipeline.intermediates import PLANE, made
 from ..progress import Job
-from ..psf import GivenPsf
+from ..psf import Beads, GivenPsf, PsfAt
 from .lazy import check_blur, restore_large
 from .region import informative_region, read_part
 from .sources import Source
@@ -106,6 +106,11 @@ def _check(source: Source, options: DeblurOptions) -> None:
         raise CrfDeblurError(
             "edges are given for photos that are worked on as a whole; find the response on one "
             "of those, and give it"
+        )
+    if isinstance(options.psf, (Beads, PsfAt)):
+        raise CrfDeblurError(
+            "places of streaks and points are for photos that are worked on as a whole; cut one "
+            "out, find the PSF on it, and give it"
         )
     if isinstance(options.psf, GivenPsf):
         check_blur(source, options.psf.psf, source.color)

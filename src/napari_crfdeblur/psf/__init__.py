@@ -14,16 +14,20 @@ from .blind import Fergus, Shan, Variational, XuJia
 from .field import Poses, PsfField
 from .given import GivenPsf
 from .parts import estimate_psf_field, estimating_psf_field
+from .points import Beads, MotionPath, PsfAt, Streaks
 from .projection import project
 from .radon import RadonFit, RadonMap
 from .shapes import camera_shake, delta, disk, gaussian, kernel_a, kernel_b, line
 from .status import PsfStatus
 
 __all__ = [
+    "Beads",
     "Evidence",
     "Fergus",
     "GivenPsf",
+    "MotionPath",
     "Poses",
+    "PsfAt",
     "PsfEstimate",
     "PsfEstimator",
     "PsfField",
@@ -31,6 +35,7 @@ __all__ = [
     "RadonFit",
     "RadonMap",
     "Shan",
+    "Streaks",
     "Variational",
     "XuJia",
     "as_psf",

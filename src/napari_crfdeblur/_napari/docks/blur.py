@@ -21,8 +21,9 @@ from ..blur_files import SUFFIXES, read_blur, write_blur
 from ..blurs import draw_blur
 from ..outputs import name_of
 from ..pixels import KEY, kernel_of
+from ..pointing import method_drawn_on
 from ..psf_editing import PsfEditing
-from ..session.blur import estimating_psf
+from ..session.blur import BEAD, estimating_psf
 from ..session.step import Level, Message, Step
 from ..session.workspace import doubted, trust_in_parts
 from ..shapes import drawing_layer, group_color, region_drawn_on
@@ -59,6 +60,12 @@ class BlurDock(Dock):
         regions = chosen_regions(self._parts)
         region = self._region() if drawn and regions is None else None
         return estimating_psf(self.session, self._method.method, region=region, regions=regions)
+
+    def pointing(self) -> Step[Any, Any]:
+        """The PSF as it is seen in the drawn rectangle, or the path that is drawn."""
+        photo, _ = self.session.source()
+        method = method_drawn_on(self._drawing(photo), photo, BEAD)
+        return estimating_psf(self.session, method)
 
     def draw_region(self) -> Shapes:
         """Make the layer on which the region is drawn, ready for a rectangle."""
@@ -127,7 +134,14 @@ class BlurDock(Dock):
             "find the PSF in linear light; needs a response, and from straight edges those, too",
             lambda: self.run(block=False),
         )
-        return [self._method, tight(self._parts, labels=True), row(self._where, draw), estimate]
+        box = self.button(
+            "PSF from the drawing",
+            "take the streak of a lamp, or a point, in the rectangle that is drawn as the PSF; "
+            "needs a response",
+            lambda: self.begin(self.pointing),
+        )
+        where = row(self._where, draw)
+        return [self._method, tight(self._parts, labels=True), where, row(estimate, box)]
 
     def _given(self) -> list[Widget]:
         load = self.button(
@@ -230,10 +244,14 @@ class BlurDock(Dock):
 
     def _region(self) -> Any:
         photo, _ = self.session.source()
+        return region_drawn_on(self._drawing(photo), photo)
+
+    def _drawing(self, photo: ImageLayer) -> Shapes:
+        """The layer on which the region is drawn, made if there is none."""
         layer = self._regions.get(photo)
         if layer is None or layer not in self.session.viewer.layers:
             layer = self.draw_region()
-        return region_drawn_on(layer, photo)
+        return layer
 
     def _kernels(self, _: Any) -> list[tuple[str, Layer]]:
         """Gray pictures that are not the photo; for one that is a stack, small stacks, too."""

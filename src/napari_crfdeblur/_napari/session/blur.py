@@ -5,6 +5,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from napari.layers import Image as ImageLayer
+from napari.layers import Points, Shapes
 
 from ..._typing import FloatArray
 from ...deconvolution.tiles import Region
@@ -13,10 +14,11 @@ from ...pipeline import DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...pipeline.blur import check_fit
 from ...pipeline.intermediates import made
 from ...progress import Job, Progress
-from ...psf import PsfEstimate, PsfEstimator, PsfField, PsfStatus, as_psf
+from ...psf import Beads, PsfAt, PsfEstimate, PsfEstimator, PsfField, PsfStatus, as_psf
 from .. import outputs
 from ..blur_files import read_blur
 from ..pixels import kernel_of, unwrapped
+from ..pointing import method_drawn_on
 from ..regions import AxisSpan
 from .state import EdgeSet, Fitted, Sought
 from .step import Step, at_once
@@ -25,6 +27,9 @@ from .workspace import Workspace
 ALL_OF_IT = (
     "PSFs of parts are found in the whole picture: leave out the region, or look for one PSF"
 )
+PLACES = "places are those of the whole picture: leave out the region"
+PLACED = (PsfAt, Beads)
+BEAD = 31  # pixels around a point: most beads of a microscope are smaller
 NO_EDGES = "there are no edges to find the PSF from; find or draw edges first"
 
 
@@ -61,6 +66,24 @@ class BlurVerbs(Workspace):
             for a method that needs them.
         """
         return self.do(estimating_psf(self, method, region=region, regions=regions))
+
+    def use_drawn_psf(self, layer: Points | Shapes, *, size: int = BEAD) -> PsfEstimate:
+        """Use the PSF that a layer points to, in the plane that is shown.
+
+        Parameters
+        ----------
+        layer : napari.layers.Points or napari.layers.Shapes
+            Points on beads, stars or streaks; or shapes, of which the last counts: a rectangle
+            around one streak or point, or a path on which the camera moved.
+        size : int
+            Side in pixels of the box around each point, odd: a little more than the PSF.
+
+        Raises
+        ------
+        CrfDeblurError
+            There is no response, or what is drawn does not show the PSF.
+        """
+        return self.do(estimating_psf(self, method_drawn_on(layer, self.source()[0], size)))
 
     def set_psf(
         self, psf: FloatArray, *, edited: bool = False, field: PsfField | None = None
@@ -109,6 +132,8 @@ def estimating_psf(
     where = session.plane(None) if region is None else session.region(region)
     if regions is not None and where[-2:] != source.whole[-2:]:
         raise CrfDeblurError(ALL_OF_IT)
+    if isinstance(method, PLACED) and where[-2:] != source.whole[-2:]:
+        raise CrfDeblurError(PLACES)
     edges = session.state.edges
     if method is not None and method.needs_edges:
         if edges is None:
