@@ -58,8 +58,11 @@ RESPONSES = (
 """Ways to find the response from the photo alone."""
 
 PSFS = (
+    Method("portfolio", "several, the most plausible", "psf", "Portfolio"),
     Method("variational", "variational", "psf", "Variational"),
     Method("xu-jia", "Xu & Jia", "psf", "XuJia"),
+    Method("l0-gradient", "fewest steps (L0)", "psf", "L0Gradient"),
+    Method("minimal-pixels", "darkest pixels", "psf", "MinimalPixels"),
     Method("fergus", "Fergus et al.", "psf", "Fergus"),
     Method("shan", "Shan et al.", "psf", "Shan"),
     Method("edges", "straight edges (Radon)", "psf", "RadonFit"),

@@ -10,7 +10,7 @@ from .base import (
     estimate_psf,
     estimating_psf,
 )
-from .blind import Fergus, Shan, Variational, XuJia
+from .blind import Fergus, L0Gradient, MinimalPixels, Portfolio, Shan, Variational, XuJia
 from .field import Poses, PsfField
 from .given import GivenPsf
 from .parts import estimate_psf_field, estimating_psf_field
@@ -25,7 +25,10 @@ __all__ = [
     "Evidence",
     "Fergus",
     "GivenPsf",
+    "L0Gradient",
+    "MinimalPixels",
     "MotionPath",
+    "Portfolio",
     "Poses",
     "PsfAt",
     "PsfEstimate",

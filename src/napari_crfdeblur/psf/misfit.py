@@ -67,35 +67,40 @@ def misfit(
         pixel; None for volumes, where the picture is too small to tell, and where the PSF blocks
         hardly anything, as those narrower than a pixel: then all of this may be the picture's own.
     """
-    shape = tuple(_even(min(side, max(SIDE, PSFS * max(psf.shape)))) for side in parts[0].shape)
-    if len(shape) != 2 or min(shape) < max(FEWEST, 2 * max(psf.shape)):
+    shape = window_for(parts[0].shape, max(psf.shape))
+    if min(shape) < max(FEWEST, 2 * max(psf.shape)):
         return None
-    found = _Spectra.seen(parts, clipped, shape)
-    if found.share < LEAST_AREA and clipped is not None:
+    spectra = Spectra.seen(parts, clipped, shape)
+    if spectra.share < LEAST_AREA and clipped is not None:
         return misfit(parts, psf, least_blocked=least_blocked)
-    if not found.blurred.any():
+    if not spectra.blurred.any():
         return 0.0
-    lags = fft.irfft2(_powers(psf, shape), shape) * fft.irfft2(found.tapers, shape)
-    fit = SpectralFit.of(found.blurred, fft.rfft2(lags).real)
+    fit = spectra.explained_by(psf)
     return fit.unexplained() if fit.blocked(BLOCKED) >= least_blocked else None
 
 
-def _even(length: int) -> int:
-    return length // 2 * 2
+def window_for(shape: tuple[int, ...], size: int) -> tuple[int, ...]:
+    """Sides of the windows for PSFs of `size` pixels; none for a volume."""
+    if len(shape) != 2:
+        return (0,)
+    return tuple(min(side, max(SIDE, PSFS * size)) // 2 * 2 for side in shape)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Spectra:
+class Spectra:
     """Mean powers of a blurred picture, and of the windows through which it is seen.
 
     Parameters
     ----------
+    shape : (P, Q)
+        Of the windows, even.
     blurred, tapers : ndarray, shape (P, Q // 2 + 1)
         Half spectra; noise of variance 1 has a mean power of 1 in the first.
     share : float
         Of the windows that is away from clipped pixels.
     """
 
+    shape: tuple[int, ...]
     blurred: FloatArray
     tapers: FloatArray
     share: float
@@ -106,7 +111,7 @@ class _Spectra:
         parts: Sequence[FloatArray],
         clipped: Sequence[BoolArray] | None,
         shape: tuple[int, ...],
-    ) -> "_Spectra":
+    ) -> "Spectra":
         """Through windows of a shape, away from clipped pixels."""
         hann = np.outer(*(signal.windows.hann(side, sym=False) for side in shape))
         blurred, tapers = np.zeros((2, shape[0], shape[1] // 2 + 1))
@@ -121,7 +126,13 @@ class _Spectra:
             tapers += whole if taper is hann else _powers(taper)
             area += np.square(taper).sum()
         share = float(area / np.square(hann).sum() / len(places))
-        return cls(blurred / max(area, NOTHING), tapers / max(area, NOTHING), share)
+        return cls(shape, blurred / max(area, NOTHING), tapers / max(area, NOTHING), share)
+
+    def explained_by(self, psf: FloatArray) -> SpectralFit:
+        """The fit of what this PSF lets through."""
+        lags = fft.irfft2(_powers(psf, self.shape), self.shape)
+        lags *= fft.irfft2(self.tapers, self.shape)
+        return SpectralFit.of(self.blurred, fft.rfft2(lags).real)
 
 
 def _away_from(clipped: BoolArray) -> FloatArray:

@@ -7,6 +7,7 @@ from scipy import ndimage
 
 from ..._typing import BoolArray, FloatArray
 from .edge_prediction import gradient
+from .overview import Overview
 from .pyramid import scaled, step_contrast
 
 LEAST_USABLE = 0.25  # of the gradients: what is left of fewer tells no PSF
@@ -62,8 +63,16 @@ class Blurred:
 
     def scaled(self, scale: float) -> "Blurred":
         """The same at `scale` times its sides."""
+        if scale == 1:
+            return self
         usable = None if self.usable is None else scaled(self.usable, scale)
         return Blurred(scaled(self.plane, scale), usable)
+
+    def within(self, side: int, size: int) -> "Blurred":
+        """The square of at most `side` pixels that tells most of a PSF of `size` pixels."""
+        lost = None if self.usable is None else self.usable < LEAST_USABLE
+        part = Overview.of(self.plane, lost).informative_region(max(side, 3 * size), size)
+        return Blurred(self.plane[part], None if self.usable is None else self.usable[part])
 
 
 def _usable(plane: FloatArray, clipped: BoolArray, size: int) -> FloatArray | None:

@@ -2,6 +2,7 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -44,19 +45,28 @@ class BlindEstimator(PsfEstimator):
             arguments.odd(self.size, "PSF size")
         arguments.whole(self.region, "a region in pixels", least=1)
 
+
+@dataclass(frozen=True, slots=True)
+class SingleSearch(BlindEstimator):
+    """A blind estimator that searches once, in all of the picture or in its best part."""
+
+    sees_whole: ClassVar[bool] = False
+    """Whether the search is given all of the picture, of which it takes what it needs."""
+
     @abstractmethod
     def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
         """Long job, the method proper: a PSF of about `size` x `size` pixels."""
 
     def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: estimate the PSF of a linear image."""
+        picture = evidence.picture
         return (
             yield from estimating_blindly(
-                evidence.picture,
+                picture,
                 evidence.clipped,
                 self.searching,
                 size=self.size,
-                region=self.region,
+                region=max(picture.shape) if self.sees_whole else self.region,
             )
         )
 
@@ -95,11 +105,11 @@ def estimating_blindly(
     CrfDeblurError
         Too little structure, or a photo smaller than three PSFs.
     """
-    _check_sides(linear, size or 3)
+    check_sides(linear, size or 3)
     yield Progress("blind PSF", 0, 1)
-    light = _Light.of(*gray_of(linear, clipped), region)
+    light = Light.of(*gray_of(linear, clipped), region)
     if size is None:
-        psf, blurred = yield from _unsized(light, search)
+        psf, blurred = yield from light.searching_unsized(search)
     else:
         blurred = light.around(size)
         psf = yield from search(blurred, size)
@@ -108,7 +118,7 @@ def estimating_blindly(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Light:
+class Light:
     """A plane, its clipped pixels, the whole made small, and the longest side of a region."""
 
     gray: FloatArray
@@ -117,7 +127,8 @@ class _Light:
     region: int
 
     @classmethod
-    def of(cls, gray: FloatArray, clipped: BoolArray | None, region: int) -> "_Light":
+    def of(cls, gray: FloatArray, clipped: BoolArray | None, region: int) -> "Light":
+        """Of a plane, and the longest side of a region of it."""
         return cls(gray, clipped, Overview.of(gray, clipped), region)
 
     def around(self, size: int, widest: int | None = None) -> Blurred:
@@ -132,26 +143,25 @@ class _Light:
         """The largest PSF that can be looked for."""
         return int(min(self.gray.shape)) // 3
 
+    def sizing(self) -> Job[int]:
+        """Long job: a size with some room for the PSF, by one fast method."""
+        return finding_size(lambda size: self.around(size, NARROW * size), searching, self.largest)
 
-def _unsized(light: _Light, search: Search) -> Job[tuple[FloatArray, Blurred]]:
-    """Find the size, and grow it while the PSF does not fit.
-
-    The size is that of the PSF of one fast method, whatever the method that follows.
-    """
-    size = yield from finding_size(
-        lambda size: light.around(size, NARROW * size), searching, light.largest
-    )
-    for _ in range(TRIES):
-        blurred = light.around(size)
-        psf = yield from search(blurred, size)
-        larger = odd_size(GROWTH * size, light.largest)
-        if not is_cut(psf) or larger <= size:
-            break
-        size = larger
-    return psf, blurred
+    def searching_unsized(self, search: Search) -> Job[tuple[FloatArray, Blurred]]:
+        """Long job: find the size, and grow it while the PSF does not fit."""
+        size = yield from self.sizing()
+        for _ in range(TRIES):
+            blurred = self.around(size)
+            psf = yield from search(blurred, size)
+            larger = odd_size(GROWTH * size, self.largest)
+            if not is_cut(psf) or larger <= size:
+                break
+            size = larger
+        return psf, blurred
 
 
-def _check_sides(linear: FloatArray, size: int) -> None:
+def check_sides(linear: FloatArray, size: int) -> None:
+    """Refuse a photo that is smaller than three PSFs of a size."""
     if min(linear.shape[:2]) < 3 * size:
         raise CrfDeblurError(
             f"the image, {linear.shape[1]} x {linear.shape[0]} pixels, is too small to find a "

@@ -6,7 +6,7 @@ from typing import ClassVar
 from ..._typing import FloatArray
 from ...progress import Job, Progress
 from .blurred import Blurred
-from .estimation import BlindEstimator
+from .estimation import SingleSearch
 from .pyramid import level_sizes
 from .turns import Schedule, coarse_to_fine
 
@@ -18,7 +18,7 @@ SCHEDULE = Schedule(
 
 
 @dataclass(frozen=True, slots=True)
-class L0Gradient(BlindEstimator):
+class L0Gradient(SingleSearch):
     """The PSF and the picture of fewest steps in turns, from 5 pixels up.
 
     Xu, Zheng & Jia (2013, Unnatural L0 sparse representation for natural image deblurring, CVPR)

@@ -6,7 +6,7 @@ from typing import ClassVar
 from ..._typing import FloatArray
 from ...progress import Job
 from .blurred import Blurred
-from .estimation import BlindEstimator
+from .estimation import SingleSearch
 from .l0_gradient import SCHEDULE as STEPS_ALONE
 from .l0_gradient import searching
 
@@ -15,7 +15,7 @@ SCHEDULE = replace(STEPS_ALONE, patches=PATCHES)
 
 
 @dataclass(frozen=True, slots=True)
-class MinimalPixels(BlindEstimator):
+class MinimalPixels(SingleSearch):
     """As :class:`~.l0_gradient.L0Gradient`, and the darkest pixel of each patch is black.
 
     Wen, Ying, Liu & Liu (2021, A simple local minimal intensity prior and an improved algorithm

@@ -1,7 +1,6 @@
 """Edges and PSF in turns, from coarse to fine: what methods of strong edges have in common."""
 
 from dataclasses import dataclass
-from itertools import product
 
 from ..._typing import FloatArray
 from ...progress import Job, Progress

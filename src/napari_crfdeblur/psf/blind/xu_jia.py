@@ -5,12 +5,12 @@ from dataclasses import dataclass
 from ..._typing import FloatArray
 from ...progress import Job
 from .blurred import Blurred
-from .estimation import BlindEstimator
+from .estimation import SingleSearch
 from .two_phases import searching
 
 
 @dataclass(frozen=True, slots=True)
-class XuJia(BlindEstimator):
+class XuJia(SingleSearch):
     """Two phases: edges and PSF in turns from coarse to fine, then a sparse refinement.
 
     Xu & Jia (2010, Two-phase kernel estimation for robust motion deblurring, ECCV). Phase

@@ -10,9 +10,7 @@ from ... import arguments
 from ..._typing import FloatArray
 from ...progress import Job
 from ..base import Evidence, PsfEstimate
-from ..blind.blurred import Blurred
 from ..blind.estimation import BlindEstimator, estimating_blindly
-from ..blind.two_phases import searching
 from .coverage import measure_coverage
 from .edge_spreads import EdgeSpreads, clear_spreads
 from .edge_term import as_explained
@@ -67,10 +65,6 @@ class RadonMap(BlindEstimator):
     def __post_init__(self) -> None:
         BlindEstimator.__post_init__(self)
         arguments.number(self.weight, "a weight of edges", least=0, most=STRONGEST)
-
-    def searching(self, blurred: Blurred, size: int) -> Job[FloatArray]:
-        """Long job: a PSF of `size` x `size` pixels, from the picture alone."""
-        return searching(blurred, size)
 
     def run(self, evidence: Evidence) -> Job[PsfEstimate]:
         """Long job: estimate the PSF from a linear picture, and profiles of a known response.

@@ -12,7 +12,7 @@ from ..blind.blurred import Blurred
 from ..blind.edge_prediction import EdgePredictor
 from ..blind.kernel_fit import KernelFit
 from ..blind.pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
-from ..blind.two_phases import DECAY, FIRST, LAST, NOISE, REFINEMENTS, SMOOTHNESS, SPARSITY, STEPS
+from ..blind.two_phases import FIRST_PHASE, NOISE, REFINEMENTS, SPARSITY
 from .edge_spreads import EdgeSpreads
 from .edge_term import (
     JointFit,
@@ -86,7 +86,7 @@ class _Level:
 
     def left(self, psf: FloatArray) -> tuple[float, float]:
         """What a PSF leaves: of the picture's gradients, sum of squares; of the edges, cost."""
-        picture = self._picture(psf, LAST)
+        picture = self._picture(psf, FIRST_PHASE.last)
         edges = edge_cost(self.spreads, psf) if self.spreads else 0.0
         return picture.residual(psf) * picture.energy, edges
 
@@ -98,19 +98,21 @@ class _Level:
 def _searching(blurred: Blurred, size: int, whole: _Level, early: float) -> Job[FloatArray]:
     """One way to a PSF: edges count `early` in the first phase, as they should in the second."""
     levels = level_sizes(size)
-    count = len(levels) * STEPS + REFINEMENTS
+    count = len(levels) * FIRST_PHASE.steps + REFINEMENTS
     psf = FIRST_GUESS
-    for done, (side, step) in enumerate(product(levels, range(STEPS))):
+    for done, (side, step) in enumerate(product(levels, range(FIRST_PHASE.steps))):
         yield Progress("PSF from picture and edges", done, count)
         if step == 0:
-            psf = cleaned(resized(psf, (side, side)), NOISE[0])
+            psf = cleaned(resized(psf, (side, side)), FIRST_PHASE.noise)
             level = _Level.of(blurred, whole.spreads, side, size, early)
-        placing = as_weighed if done >= STEPS else as_measured  # at first the PSF is a guess
-        fit = level.fit(psf, max(FIRST / DECAY**done, LAST), placing)
-        psf = recentered(cleaned(fit.solve(SMOOTHNESS), NOISE[0]))
+        placing = (
+            as_weighed if done >= FIRST_PHASE.steps else as_measured
+        )  # at first the PSF is a guess
+        fit = level.fit(psf, FIRST_PHASE.weight(done), placing)
+        psf = recentered(cleaned(fit.solve(FIRST_PHASE.smoothness), FIRST_PHASE.noise))
     for done in range(count - REFINEMENTS, count):
         yield Progress("PSF from picture and edges", done, count)
-        fit = whole.fit(psf, LAST, as_explained)
-        psf = recentered(cleaned(fit.refine(psf, SPARSITY), NOISE[1]))
+        fit = whole.fit(psf, FIRST_PHASE.last, as_explained)
+        psf = recentered(cleaned(fit.refine(psf, SPARSITY), NOISE))
     yield Progress("PSF from picture and edges", count, count)
     return psf

@@ -6,7 +6,7 @@ from typing import TypeAlias
 from ...._typing import FloatArray
 from ....progress import Job, Progress
 from ..blurred import Blurred
-from ..estimation import BlindEstimator
+from ..estimation import SingleSearch
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
 from .ensemble import Ensemble, MeasuredGradient
 from .priors import ExponentialMixture, GaussianMixture
@@ -25,7 +25,7 @@ Start: TypeAlias = tuple[FloatArray, float | None]
 
 
 @dataclass(frozen=True, slots=True)
-class Fergus(BlindEstimator):
+class Fergus(SingleSearch):
     """Ensemble learning: the PSF that is likely for all sharp pictures together.
 
     Fergus, Singh, Hertzmann, Roweis & Freeman (2006, Removing camera shake from a single

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from ...._typing import FloatArray
 from ....progress import Job, Progress
 from ..blurred import Blurred
-from ..estimation import BlindEstimator
+from ..estimation import SingleSearch
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, recentered, resized
 from .kernel import sparse_kernel
 from .latent import Latent
@@ -18,7 +18,7 @@ NOISE = 0.03  # of the PSF's peak, below which it is cleared
 
 
 @dataclass(frozen=True, slots=True)
-class Shan(BlindEstimator):
+class Shan(SingleSearch):
     """The picture and the PSF that are most probable together, in turns.
 
     Shan, Jia & Agarwala (2008, High-quality motion deblurring from a single image, SIGGRAPH),

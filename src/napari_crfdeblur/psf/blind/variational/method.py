@@ -9,7 +9,7 @@ from ...._typing import FloatArray
 from ....progress import Job, Progress, reporting
 from ...base import cleared
 from ..blurred import Blurred
-from ..estimation import BlindEstimator
+from ..estimation import SingleSearch
 from ..gradient_noise import noise_of_gradients
 from ..pyramid import FIRST_GUESS, cleaned, level_sizes, resized
 from ..two_phases import searching as searching_edges
@@ -34,7 +34,7 @@ MOVES = 4  # steps between two moves of the PSF to the middle
 
 
 @dataclass(frozen=True, slots=True)
-class Variational(BlindEstimator):
+class Variational(SingleSearch):
     """The PSF that is likely for all sharp pictures with sparse gradients, not for a single one.
 
     Levin, Weiss, Durand & Freeman (2011, Efficient marginal likelihood optimization in blind
@@ -75,21 +75,14 @@ class Variational(BlindEstimator):
 
 def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     """Long job: a PSF of at least `size` x `size` pixels, more if its faint ends need them."""
-    sizes = level_sizes(int(ROOM * size) // 2 * 2 + 1)
-    noise, misfits = NOISE_SHARE * noise_of_gradients(blurred), misfits_of(len(sizes))
+    sizes = level_sizes(roomy_size(size))
     at = Progress("blind PSF", 0, len(sizes) * STEPS + 2 * CONTEST_STEPS + FURTHER_STEPS + 1)
-    psf = FIRST_GUESS
-    for level, misfit in zip(sizes, misfits, strict=True):
-        scale = level / sizes[-1]
-        small = blurred.scaled(scale) if scale < 1 else blurred
-        model = BlurredGradient.of(small, level, SEARCHED_SOFTNESS)
-        error = float(np.hypot(misfit, scale * noise))
-        found = yield from opening(model, psf, error, at)
-        psf = (yield from alternating(model, found, error, STEPS, at)).cleaned().psf
-        at = replace(at, done=at.done + STEPS)
+    found = yield from _climbing(blurred, sizes, FIRST_GUESS, at)
+    at = replace(at, done=len(sizes) * STEPS)
     edges = yield from reporting(searching_edges(blurred, size), at)
-    model, contenders = model.assuming(SOFTNESS), []
-    for start in (psf, roomy(edges, sizes[-1])):
+    model, contenders = BlurredGradient.of(blurred, sizes[-1], SOFTNESS), []
+    error = _errors(blurred, sizes)[-1]
+    for start in (found.psf, roomy(edges, sizes[-1])):
         found = yield from opening(model, start, error, at)
         contenders.append((yield from alternating(model, found, error, CONTEST_STEPS, at)))
         at = replace(at, done=at.done + CONTEST_STEPS)
@@ -97,6 +90,59 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     found = yield from alternating(model, likelier.in_the_middle(), error, FURTHER_STEPS, at)
     yield replace(at, done=at.total)
     return trimmed(found.cleaned().psf, size)
+
+
+def refining(blurred: Blurred, psf: FloatArray, size: int) -> Job[FloatArray]:
+    """Long job: a PSF of at least `size` x `size` pixels, from one that was found at less detail.
+
+    Parameters
+    ----------
+    blurred : Blurred
+        At full detail.
+    psf : ndarray, shape (S, S)
+        Of that extent or coarser; taken up where the levels are as large.
+    size : int
+        Odd.
+    """
+    sizes = level_sizes(roomy_size(size))
+    rest = [level for level in sizes if level >= len(psf)] or sizes[-1:]
+    at = Progress("finer PSF", 0, (len(rest) + 1) * STEPS + 1)
+    start = yield from _climbing(blurred, rest, psf, at, below=len(sizes) - len(rest))
+    model, error = BlurredGradient.of(blurred, sizes[-1], SOFTNESS), _errors(blurred, sizes)[-1]
+    at = replace(at, done=len(rest) * STEPS)
+    found = yield from opening(model, start.psf, error, at)
+    found = yield from alternating(model, found, error, STEPS, at)
+    yield replace(at, done=at.total)
+    return trimmed(found.cleaned().psf, size)
+
+
+def roomy_size(size: int) -> int:
+    """Sides of the array in which a PSF of some pixels is found."""
+    return int(ROOM * size) // 2 * 2 + 1
+
+
+def _climbing(
+    blurred: Blurred, sizes: Sequence[int], psf: FloatArray, at: Progress, below: int = 0
+) -> Job["Candidate"]:
+    """Long job: the PSF of the last of these levels, which lie above so many coarser ones."""
+    errors = _errors(blurred, [0] * below + [*sizes])[below:]
+    for level, error in zip(sizes, errors, strict=True):
+        small = blurred.scaled(level / sizes[-1])
+        model = BlurredGradient.of(small, level, SEARCHED_SOFTNESS)
+        found = yield from opening(model, psf, error, at)
+        found = (yield from alternating(model, found, error, STEPS, at)).cleaned()
+        psf, at = found.psf, replace(at, done=at.done + STEPS)
+    return found
+
+
+def _errors(blurred: Blurred, sizes: Sequence[int]) -> list[float]:
+    """Error of the model and half of the noise on each level."""
+    noise, finest = NOISE_SHARE * noise_of_gradients(blurred), sizes[-1]
+    misfits = misfits_of(len(sizes))
+    return [
+        float(np.hypot(misfit, level / finest * noise))
+        for level, misfit in zip(sizes, misfits, strict=True)
+    ]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
