@@ -1,5 +1,6 @@
 """What holds for every method that finds the PSF in the picture."""
 
+from collections.abc import Callable
 from functools import cache
 
 import numpy as np
@@ -13,7 +14,11 @@ from napari_crfdeblur.progress import Progress, drain
 from napari_crfdeblur.psf import (
     Evidence,
     Fergus,
+    L0Gradient,
+    MinimalPixels,
+    Portfolio,
     PsfEstimate,
+    PsfEstimator,
     Shan,
     Variational,
     XuJia,
@@ -23,11 +28,12 @@ from napari_crfdeblur.psf import (
 )
 from napari_crfdeblur.quality import kernel_similarity
 
-Method = type[Fergus] | type[Shan] | type[Variational] | type[XuJia]
+METHODS = [Fergus, L0Gradient, MinimalPixels, Portfolio, Shan, Variational, XuJia]
+Method = Callable[..., PsfEstimator]
 
 SMALL = blurred(camera_shake(5, 3), 70, 90)
 
-every_method = pytest.mark.parametrize("method", [Fergus, Shan, Variational, XuJia])
+every_method = pytest.mark.parametrize("method", METHODS)
 
 
 every_shake = pytest.mark.parametrize(
@@ -35,6 +41,12 @@ every_shake = pytest.mark.parametrize(
     [
         (Fergus, 7, 4, 100, 130),
         (Fergus, 11, 3, 100, 130),
+        (L0Gradient, 15, 8, 150, 190),
+        (L0Gradient, 21, 3, 160, 200),
+        (MinimalPixels, 9, 3, 150, 190),
+        (MinimalPixels, 21, 3, 160, 200),
+        (Portfolio, 9, 3, 100, 130),
+        (Portfolio, 21, 3, 160, 200),
         (Shan, 7, 4, 120, 150),
         (Shan, 11, 3, 120, 150),
         (Variational, 9, 3, 100, 130),

@@ -33,6 +33,7 @@ from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
 from ..progress import Job
 from ..psf import (
     Evidence,
+    Portfolio,
     PsfEstimator,
     Variational,
     estimating_psf,
@@ -125,7 +126,7 @@ def find_field(have: Intermediates, options: DeblurOptions) -> Job[Intermediates
         return have
     method = options.psf
     if method is None or not method.needs_picture:
-        method = suited_estimator(have.photo, options.blur_extent)
+        method = Variational()  # of parts, whose size the whole tells: one search is enough
     linear, whole = made(have.linear, "linear light"), made(have.psf, "a PSF")
     field = yield from estimating_psf_field(
         linear, method, whole, grid=options.regions, clipped=have.clipped
@@ -247,7 +248,7 @@ def edges_needed(have: Intermediates, options: DeblurOptions) -> bool:
 
 
 def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
-    """Blind estimation of a PSF of unknown size, or of one a little larger than a known blur.
+    """The best of blind estimates of a PSF: of unknown size, or a little larger than a blur.
 
     Parameters
     ----------
@@ -263,10 +264,10 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
     if extent is None:
-        return Variational()
+        return Portfolio()
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
-    return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
+    return Portfolio(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
 def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) -> None:

@@ -1,6 +1,6 @@
 """Several searches for one PSF, from different starts in small pictures of one scale."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import ndimage
@@ -55,18 +55,21 @@ class Start:
     compressed: bool
 
 
-# The best in the mean come first, then other sizes: the size found can be that of a dead end. More
-# room lets a search out of one; neither light always wins.
+STRONGEST = replace(STEPS_ALONE, first=0.05)  # finds the largest blur, of which little else is seen
+WEAKER = replace(STEPS_ALONE, first=0.004)  # finds what strong steps, such as lamps, mislead
+# The best in the mean come first, among them a much larger PSF: the size found can be that of a
+# dead end. More room lets a search out of one; neither light always wins.
 STARTS = (
     Start(1, 2.25, DARKEST, compressed=True),
+    Start(4, 1.5, STRONGEST, compressed=True),
+    Start(1, 1.5, DARKEST, compressed=True),
     Start(2.25, 2.25, DARKEST, compressed=True),
     Start(1, 1.5, DARKEST, compressed=False),
-    Start(5, 2.25, STEPS_ALONE, compressed=True),
     Start(0.5, 2.25, DARKEST, compressed=True),
     Start(1, 2.25, STEPS_ALONE, compressed=True),
-    Start(1, 1.5, DARKEST, compressed=True),
     Start(2.25, 2.25, STEPS_ALONE, compressed=True),
     Start(1, 2.25, STEPS_ALONE, compressed=False),
+    Start(1, 1.5, WEAKER, compressed=True),
 )
 
 

@@ -1,12 +1,12 @@
 """The PSF of any photo: several searches compete, as many as the photo asks for."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..._typing import FloatArray
 from ...errors import CrfDeblurError
-from ...progress import Job, Progress
+from ...progress import Job, Progress, nth
 from ...quality import kernel_similarity
 from ..base import Evidence, PsfEstimate, centered
 from ..points import Streaks
@@ -25,6 +25,11 @@ LEAST_STARTS = 2  # besides the first search: one of them looks for a larger PSF
 # Less plausible by so much, a PSF of a small photo can become the best when it is made finer:
 # two of eighteen gained .04 and .06.
 NEAR = 0.06
+COARSE = 0.015  # by which what was only enlarged must be more plausible than what was made finer
+TELLING = 0.03  # of plausibility: a candidate that is so much worse counts a third in agreement
+FINALISTS = 2
+LAST_SEARCH = 1 + len(STARTS)
+JOBS = LAST_SEARCH + FINALISTS  # at most
 ROOM = 1.3  # times the extent seen at a small scale: the array of the refinement
 
 
@@ -90,10 +95,13 @@ class Portfolio(BlindEstimator):
         contest = Contest.of(seen, clipped, size)
         candidates = yield from _competing(light, contest, size)
         finer = []
-        for finalist in _finalists(candidates):
-            finer += yield from _refined(light, contest, finalist)
-        psf = _best(finer).found.psf
-        figures = diagnose(light.around(len(psf)), psf)
+        for number, finalist in enumerate(_finalists(candidates)):
+            job = _refined(light, contest, finalist)
+            finer += yield from nth(job, LAST_SEARCH + number, JOBS, "PSF, search")
+        best = _best(finer)
+        psf = best.found.psf
+        yield Progress("PSF, search", JOBS, JOBS)
+        figures = diagnose(light.around(len(psf)), psf) | _told_by(best, candidates)
         return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_agreement(figures), figures)
 
 
@@ -108,11 +116,13 @@ def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
 
 def _competing(light: Light, contest: Contest, size: int) -> Job[list[Candidate]]:
     """Long job: PSFs of several searches, until the best was found twice."""
-    psf = yield from variational(light.around(size), size)
+    job = variational(light.around(size), size)
+    psf = yield from nth(job, 0, JOBS, "PSF, search")
     candidates = [Candidate.of(contest, Found(psf, 1.0))]
-    for start in STARTS:
+    for number, start in enumerate(STARTS, 1):
         try:
-            found = yield from contest.searching(start)
+            job = contest.searching(start)
+            found = yield from nth(job, number, JOBS, "PSF, search")
         except CrfDeblurError:  # another start may see more
             continue
         candidates.append(Candidate.of(contest, found, start))
@@ -145,7 +155,28 @@ def _refined(light: Light, contest: Contest, rough: Candidate) -> Job[list[Candi
     if rough.start is None:
         return [rough]
     found = yield from contest.climbing(rough.found, rough.start)
-    large = [Found(psf_scaled(own.psf, 1 / own.scale), 1.0) for own in (rough.found, found)]
-    size = odd_size(ROOM * extent_of(large[1].psf), light.largest)
-    fine = Found((yield from refining(light.around(size), large[1].psf, size)), 1.0)
-    return [Candidate.of(contest, own, rough.start) for own in (*large, fine)]
+    enlarged, climbed = (
+        Found(psf_scaled(own.psf, 1 / own.scale), 1.0) for own in (rough.found, found)
+    )
+    size = odd_size(ROOM * extent_of(climbed.psf), light.largest)
+    fine = Found((yield from refining(light.around(size), climbed.psf, size)), 1.0)
+    made = [Candidate.of(contest, own, rough.start) for own in (enlarged, climbed, fine)]
+    made[0] = replace(made[0], plausibility=made[0].plausibility - COARSE)
+    return made
+
+
+def _told_by(best: Candidate, candidates: list[Candidate]) -> dict[str, float]:
+    """What the other candidates say of the best one.
+
+    ``agreement``: the mean similarity to the others, in which the more plausible count more.
+    ``margin``: how much more plausible it is than those that are others, at most 1.
+    """
+    others = [own for own in candidates if own.found is not best.found]
+    likeness = np.array([kernel_similarity(best.seen, own.seen) for own in others])
+    plausibility = np.array([own.plausibility for own in others])
+    weights = np.exp((plausibility - plausibility.max()) / TELLING)
+    rivals = plausibility[likeness < ALIKE]
+    return {
+        "agreement": float(np.average(likeness, weights=weights)),
+        "margin": float(best.plausibility - rivals.max()) if len(rivals) else 1.0,
+    }
