@@ -21,7 +21,9 @@ from .variational.method import searching as variational
 
 AGREEING = 0.9  # similarity from which two searches have found the same
 ALIKE = 0.8  # and up to which they have not: a finer search makes the same of what is between
-LEAST_STARTS = 2  # besides the first search: one of them looks for a larger PSF
+# Starts, besides the first search, that are made at least: for PSFs of up to so many pixels, of
+# which nearly all are found at once, and for larger ones. The second looks for a much larger PSF.
+EASY, LEAST_STARTS, LEAST_OF_LARGE = 25, 2, 4
 # Less plausible by so much, a PSF of a small photo can become the best when it is made finer:
 # two of eighteen gained .04 and .06.
 NEAR = 0.06
@@ -126,16 +128,18 @@ def _competing(light: Light, contest: Contest, size: int) -> Job[list[Candidate]
         except CrfDeblurError:  # another start may see more
             continue
         candidates.append(Candidate.of(contest, found, start))
-        if _found_twice(candidates):
+        if _found_twice(contest, candidates):
             break
     return candidates
 
 
-def _found_twice(candidates: list[Candidate]) -> bool:
+def _found_twice(contest: Contest, candidates: list[Candidate]) -> bool:
     """Whether another search has found the same as the best; other sizes must have been tried."""
     best = _best(candidates)
     others = [own for own in candidates if own is not best]
-    return len(others) >= LEAST_STARTS and any(best.is_like(own, AGREEING) for own in others)
+    extent = extent_of(best.seen) / contest.scale
+    least = LEAST_STARTS if extent <= EASY else LEAST_OF_LARGE
+    return len(others) >= least and any(best.is_like(own, AGREEING) for own in others)
 
 
 def _finalists(candidates: list[Candidate]) -> list[Candidate]:
