@@ -12,7 +12,7 @@ from ..base import Evidence, PsfEstimate, centered
 from ..points import Streaks
 from ..status import PsfStatus
 from .colors import gray_of
-from .confidence import diagnose, judge_agreement
+from .confidence import diagnose, judge_several
 from .contest import STARTS, Contest, Found, Start, psf_scaled
 from .estimation import BlindEstimator, Light, check_sides
 from .size import extent_of, odd_size
@@ -104,7 +104,7 @@ class Portfolio(BlindEstimator):
         psf = best.found.psf
         yield Progress("PSF, search", JOBS, JOBS)
         figures = diagnose(light.around(len(psf)), psf) | _told_by(best, candidates)
-        return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_agreement(figures), figures)
+        return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_several(figures), figures)
 
 
 def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
@@ -123,8 +123,8 @@ def _competing(light: Light, contest: Contest, size: int) -> Job[list[Candidate]
     candidates = [Candidate.of(contest, Found(psf, 1.0))]
     for number, start in enumerate(STARTS, 1):
         try:
-            job = contest.searching(start)
-            found = yield from nth(job, number, JOBS, "PSF, search")
+            search = contest.searching(start)
+            found = yield from nth(search, number, JOBS, "PSF, search")
         except CrfDeblurError:  # another start may see more
             continue
         candidates.append(Candidate.of(contest, found, start))
