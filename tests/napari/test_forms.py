@@ -30,7 +30,9 @@ OFFERED = {
 }
 METHODS = [method for offered in OFFERED.values() for method in offered.values() if method]
 # Those that wrap another method, or hold what was given.
-NOT_OFFERED = {"Deconvolver", "Strengthened", "Tiled", "PsfEstimator", "GivenPsf"}
+# Those that need places in the picture come from what is drawn on it.
+DRAWN = {"Beads", "MotionPath", "PsfAt"}
+NOT_OFFERED = {"Deconvolver", "Strengthened", "Tiled", "PsfEstimator", "GivenPsf"} | DRAWN
 
 
 def form(methods: dict[str, Any], chosen: str | None = None) -> MethodForm:

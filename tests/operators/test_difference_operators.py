@@ -172,7 +172,7 @@ def test_the_loops_are_linear_where_nothing_is_shrunk(shape, dtype):
 def test_the_divergence_of_edge_prediction_is_the_adjoint_of_its_gradient(shape, dtype):
     dot_test(
         lambda x: np.stack(edge_prediction._steps(x, 0.0)),
-        lambda y: edge_prediction._divergence(*y),
+        lambda y: edge_prediction.divergence(*y),
         shape,
         (2, *shape),
         dtype,
@@ -202,7 +202,7 @@ def test_transforms_of_differences_give_the_gradient_and_its_adjoint(shape):
     )
     pulled = sum(np.conj(s) * fourier.forward(v) for s, v in zip(steps, values, strict=True))
     np.testing.assert_allclose(
-        fourier.inverse(pulled, shape), edge_prediction._divergence(*values), atol=1e-5
+        fourier.inverse(pulled, shape), edge_prediction.divergence(*values), atol=1e-5
     )
 
 

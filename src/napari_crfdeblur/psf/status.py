@@ -10,7 +10,9 @@ class PsfStatus(Enum):
     GIVEN = "the PSF was given"
     EDITED = "the PSF was estimated, and edited by hand"
     BORROWED = "the PSF of this part follows from those of the others"
-    DOUBTFUL = "the PSF is uncertain: choose a sharper-edged region or give the PSF size"
+    DOUBTFUL = (
+        "the PSF is uncertain: give its size, choose a sharper-edged region, or point to a streak"
+    )
     INCOMPLETE = (
         "the edges leave the PSF open: add edges of other orientations, or find it from the picture"
     )

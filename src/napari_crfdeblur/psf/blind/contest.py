@@ -34,7 +34,7 @@ COMPRESSED = np.float32(1 / 2.2)  # power of light: dark places count as in a ph
 
 
 @dataclass(frozen=True, slots=True)
-class Start:
+class Attempt:
     """One way to search.
 
     Parameters
@@ -59,17 +59,17 @@ STRONGEST = replace(STEPS_ALONE, first=0.05)  # finds the largest blur, of which
 WEAKER = replace(STEPS_ALONE, first=0.004)  # finds what strong steps, such as lamps, mislead
 # The best in the mean come first, among them a much larger PSF: the size found can be that of a
 # dead end. More room lets a search out of one; neither light always wins.
-STARTS = (
-    Start(1, 2.25, DARKEST, compressed=True),
-    Start(4, 1.5, STRONGEST, compressed=True),
-    Start(1, 1.5, DARKEST, compressed=True),
-    Start(2.25, 2.25, DARKEST, compressed=True),
-    Start(1, 1.5, DARKEST, compressed=False),
-    Start(0.5, 2.25, DARKEST, compressed=True),
-    Start(1, 2.25, STEPS_ALONE, compressed=True),
-    Start(2.25, 2.25, STEPS_ALONE, compressed=True),
-    Start(1, 2.25, STEPS_ALONE, compressed=False),
-    Start(1, 1.5, WEAKER, compressed=True),
+ATTEMPTS = (
+    Attempt(1, 2.25, DARKEST, compressed=True),
+    Attempt(4, 1.5, STRONGEST, compressed=True),
+    Attempt(1, 1.5, DARKEST, compressed=True),
+    Attempt(2.25, 2.25, DARKEST, compressed=True),
+    Attempt(1, 1.5, DARKEST, compressed=False),
+    Attempt(0.5, 2.25, DARKEST, compressed=True),
+    Attempt(1, 2.25, STEPS_ALONE, compressed=True),
+    Attempt(2.25, 2.25, STEPS_ALONE, compressed=True),
+    Attempt(1, 2.25, STEPS_ALONE, compressed=False),
+    Attempt(1, 1.5, WEAKER, compressed=True),
 )
 
 
@@ -148,33 +148,33 @@ class Contest:
         seen = SmallPhoto.of(light, lost, scale, extent)
         return cls(light, lost, size, scale, Plausibility.of(seen.compressed, extent))
 
-    def searching(self, start: Start) -> Job[Found]:
+    def searching(self, attempt: Attempt) -> Job[Found]:
         """Long job: a PSF and its scale.
 
         Raises
         ------
         CrfDeblurError
-            The photo shows too little, or is too small for this start.
+            The photo shows too little, or is too small for this attempt.
         """
-        size = start.times * self.size
+        size = attempt.times * self.size
         scale = min(1.0, SCALED / size)
         small = SmallPhoto.of(self.light, self.clipped, scale, round(size * scale))
-        blurred = small.compressed if start.compressed else small.linear
-        side = odd_size(start.room * size * scale, min(blurred.plane.shape) // 3)
+        blurred = small.compressed if attempt.compressed else small.linear
+        side = odd_size(attempt.room * size * scale, min(blurred.plane.shape) // 3)
         if side < size * scale:
             raise CrfDeblurError(TOO_SMALL)
-        psf = yield from searching(Blurred(blurred.plane), side, start.schedule, WIDEST)
+        psf = yield from searching(Blurred(blurred.plane), side, attempt.schedule, WIDEST)
         if scale < 1 and extent_of(psf) < RESOLVED:
             raise CrfDeblurError(UNRESOLVED)
         return Found(psf, scale)
 
-    def climbing(self, found: Found, start: Start) -> Job[Found]:
-        """Long job: the PSF that a start has found, finer and finer, as far as the photo tells it.
+    def climbing(self, found: Found, attempt: Attempt) -> Job[Found]:
+        """Long job: what an attempt has found, finer and finer, as far as the photo tells it.
 
         Where all of the photo would be too much, a part must be wide enough for this PSF.
         """
         done, longest = (
-            len(level_sizes(len(found.psf))) * start.schedule.steps,
+            len(level_sizes(len(found.psf))) * attempt.schedule.steps,
             max(self.light.shape),
         )
         while found.scale < 1:
@@ -185,12 +185,12 @@ class Contest:
             rough = psf_scaled(found.psf, scale / found.scale)
             size = odd_size(CLIMBING_ROOM * extent, max(rough.shape))
             small = SmallPhoto.of(self.light, self.clipped, scale, size)
-            blurred = small.compressed if start.compressed else small.linear
+            blurred = small.compressed if attempt.compressed else small.linear
             at = Progress("finer PSF", 0, 1)
             psf = yield from turning(
-                Blurred(blurred.plane), _cut(rough, size), size, start.schedule, done, at
+                Blurred(blurred.plane), _cut(rough, size), size, attempt.schedule, done, at
             )
-            found, done = Found(psf, scale), done + start.schedule.steps
+            found, done = Found(psf, scale), done + attempt.schedule.steps
         return found
 
 

@@ -13,7 +13,7 @@ from ..points import Streaks
 from ..status import PsfStatus
 from .colors import gray_of
 from .confidence import diagnose, judge_several
-from .contest import STARTS, Contest, Found, Start, psf_scaled
+from .contest import ATTEMPTS, Attempt, Contest, Found, psf_scaled
 from .estimation import BlindEstimator, Light, check_sides
 from .size import extent_of, odd_size
 from .variational.method import refining
@@ -21,22 +21,23 @@ from .variational.method import searching as variational
 
 AGREEING = 0.9  # similarity from which two searches have found the same
 ALIKE = 0.8  # and up to which they have not: a finer search makes the same of what is between
-# Starts, besides the first search, that are made at least: for PSFs of up to so many pixels, of
+# Attempts, besides the first search, that are made at least: for PSFs of up to so many pixels, of
 # which nearly all are found at once, and for larger ones. The second looks for a much larger PSF.
-EASY, LEAST_STARTS, LEAST_OF_LARGE = 25, 2, 4
+EASY, LEAST_ATTEMPTS, LEAST_OF_LARGE = 25, 2, 4
 # Less plausible by so much, a PSF of a small photo can become the best when it is made finer:
 # two of eighteen gained .04 and .06.
 NEAR = 0.06
 COARSE = 0.015  # by which what was only enlarged must be more plausible than what was made finer
 TELLING = 0.03  # of plausibility: a candidate that is so much worse counts a third in agreement
 FINALISTS = 2
-LAST_SEARCH = 1 + len(STARTS)
-JOBS = LAST_SEARCH + FINALISTS  # at most
+LAST_SEARCH = 1 + len(ATTEMPTS)
+JOBS = LAST_SEARCH + 1 + FINALISTS  # at most
+MISSED = 1.6  # times the size that fits the best: the first search is made again with that size
 ROOM = 1.3  # times the extent seen at a small scale: the array of the refinement
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Candidate:
+class Contender:
     """A PSF that competes.
 
     Parameters
@@ -47,22 +48,22 @@ class Candidate:
         The PSF at the scale at which they are compared.
     plausibility : float
         By :class:`~.plausibility.Plausibility`.
-    start : Start, optional
+    attempt : Attempt, optional
         How it was found.
     """
 
     found: Found
     seen: FloatArray
     plausibility: float
-    start: Start | None = None
+    attempt: Attempt | None = None
 
     @classmethod
-    def of(cls, contest: Contest, found: Found, start: Start | None = None) -> "Candidate":
+    def of(cls, contest: Contest, found: Found, attempt: Attempt | None = None) -> "Contender":
         """Judge a PSF."""
         seen = psf_scaled(found.psf, contest.scale / found.scale)
-        return cls(found, seen, contest.judge.judge(seen), start)
+        return cls(found, seen, contest.judge.judge(seen), attempt)
 
-    def is_like(self, other: "Candidate", least: float) -> bool:
+    def is_like(self, other: "Contender", least: float) -> bool:
         """Whether both PSFs are similar, wherever they lie."""
         return kernel_similarity(self.seen, other.seen) >= least
 
@@ -95,15 +96,15 @@ class Portfolio(BlindEstimator):
         light = Light.of(*gray_of(seen, clipped), self.region)
         size = self.size or (yield from light.sizing())
         contest = Contest.of(seen, clipped, size)
-        candidates = yield from _competing(light, contest, size)
+        contenders = yield from _competing(light, contest, size)
         finer = []
-        for number, finalist in enumerate(_finalists(candidates)):
+        for number, finalist in enumerate(_finalists(contenders)):
             job = _refined(light, contest, finalist)
-            finer += yield from nth(job, LAST_SEARCH + number, JOBS, "PSF, search")
+            finer += yield from nth(job, LAST_SEARCH + 1 + number, JOBS, "PSF, search")
         best = _best(finer)
         psf = best.found.psf
         yield Progress("PSF, search", JOBS, JOBS)
-        figures = diagnose(light.around(len(psf)), psf) | _told_by(best, candidates)
+        figures = diagnose(light.around(len(psf)), psf) | _told_by(best, contenders)
         return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_several(figures), figures)
 
 
@@ -116,66 +117,75 @@ def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
     return found if found.status is PsfStatus.GOOD else None
 
 
-def _competing(light: Light, contest: Contest, size: int) -> Job[list[Candidate]]:
+def _competing(light: Light, contest: Contest, size: int) -> Job[list[Contender]]:
     """Long job: PSFs of several searches, until the best was found twice."""
     job = variational(light.around(size), size)
     psf = yield from nth(job, 0, JOBS, "PSF, search")
-    candidates = [Candidate.of(contest, Found(psf, 1.0))]
-    for number, start in enumerate(STARTS, 1):
+    contenders = [Contender.of(contest, Found(psf, 1.0))]
+    for number, attempt in enumerate(ATTEMPTS, 1):
         try:
-            search = contest.searching(start)
+            search = contest.searching(attempt)
             found = yield from nth(search, number, JOBS, "PSF, search")
-        except CrfDeblurError:  # another start may see more
+        except CrfDeblurError:  # another attempt may see more
             continue
-        candidates.append(Candidate.of(contest, found, start))
-        if _found_twice(contest, candidates):
+        contenders.append(Contender.of(contest, found, attempt))
+        if _found_twice(contest, contenders):
             break
-    return candidates
+    fitting = odd_size(ROOM * extent_of(_best(contenders).seen) / contest.scale, light.largest)
+    if max(fitting / size, size / fitting) > MISSED:
+        job = variational(light.around(fitting), fitting)
+        psf = yield from nth(job, LAST_SEARCH, JOBS, "PSF, search")
+        contenders.append(Contender.of(contest, Found(psf, 1.0)))
+    return contenders
 
 
-def _found_twice(contest: Contest, candidates: list[Candidate]) -> bool:
+def _found_twice(contest: Contest, contenders: list[Contender]) -> bool:
     """Whether another search has found the same as the best; other sizes must have been tried."""
-    best = _best(candidates)
-    others = [own for own in candidates if own is not best]
+    best = _best(contenders)
+    others = [own for own in contenders if own is not best]
     extent = extent_of(best.seen) / contest.scale
-    least = LEAST_STARTS if extent <= EASY else LEAST_OF_LARGE
+    least = LEAST_ATTEMPTS if extent <= EASY else LEAST_OF_LARGE
     return len(others) >= least and any(best.is_like(own, AGREEING) for own in others)
 
 
-def _finalists(candidates: list[Candidate]) -> list[Candidate]:
+def _finalists(contenders: list[Contender]) -> list[Contender]:
     """The most plausible candidate, and the next that is another one but hardly less plausible."""
-    best = _best(candidates)
-    rivals = [own for own in candidates if not best.is_like(own, ALIKE)]
+    best = _best(contenders)
+    rivals = [own for own in contenders if not best.is_like(own, ALIKE)]
     near = [own for own in rivals if own.plausibility >= best.plausibility - NEAR]
     return [best, *([_best(near)] if near else [])]
 
 
-def _best(candidates: list[Candidate]) -> Candidate:
-    return max(candidates, key=lambda own: own.plausibility)
+def _best(contenders: list[Contender]) -> Contender:
+    return max(contenders, key=lambda own: own.plausibility)
 
 
-def _refined(light: Light, contest: Contest, rough: Candidate) -> Job[list[Candidate]]:
+def _refined(light: Light, contest: Contest, rough: Contender) -> Job[list[Contender]]:
     """Long job: a PSF of a small photo in the large one, in several ways."""
-    if rough.start is None:
+    if rough.attempt is None:
         return [rough]
-    found = yield from contest.climbing(rough.found, rough.start)
+    found = yield from contest.climbing(rough.found, rough.attempt)
     enlarged, climbed = (
         Found(psf_scaled(own.psf, 1 / own.scale), 1.0) for own in (rough.found, found)
     )
     size = odd_size(ROOM * extent_of(climbed.psf), light.largest)
     fine = Found((yield from refining(light.around(size), climbed.psf, size)), 1.0)
-    made = [Candidate.of(contest, own, rough.start) for own in (enlarged, climbed, fine)]
+    made = [Contender.of(contest, own, rough.attempt) for own in (enlarged, climbed, fine)]
     made[0] = replace(made[0], plausibility=made[0].plausibility - COARSE)
     return made
 
 
-def _told_by(best: Candidate, candidates: list[Candidate]) -> dict[str, float]:
-    """What the other candidates say of the best one.
+def _told_by(best: Contender, contenders: list[Contender]) -> dict[str, float]:
+    """What the other contenders say of the best one.
 
     ``agreement``: the mean similarity to the others, in which the more plausible count more.
     ``margin``: how much more plausible it is than those that are others, at most 1.
     """
-    others = [own for own in candidates if own.found is not best.found]
+    others = [own for own in contenders if own.found is not best.found]
+    if best.attempt is not None:  # what it was made finer of says nothing
+        others = [own for own in others if own.attempt is not best.attempt]
+    if not others:
+        return {"agreement": 0.0, "margin": 0.0}
     likeness = np.array([kernel_similarity(best.seen, own.seen) for own in others])
     plausibility = np.array([own.plausibility for own in others])
     weights = np.exp((plausibility - plausibility.max()) / TELLING)
