@@ -24,8 +24,8 @@ LEAST_BETWEEN_DIRECTIONS = 0.975
 LEAST_EXTENT = 1 / 3
 MOST_UNEXPLAINED = 0.01
 # The same for a PSF that several searches agree on, where parts need not agree so well. Chosen on
-# 35 photos: 19 were called good, all rightly, which are 68 % of the right ones. On 26 others 15 were
-# called good, 13 rightly, again 68 %.
+# 35 photos: 19 were called good, all rightly, which are 68 % of the right ones. On 26 others 15
+# were called good, 13 rightly, again 68 %.
 LEAST_AGREEMENT = 0.85
 LEAST_OF_SEVERAL = {"halves": 0.9, "directions": 0.95, "extent": 0.28}
 FAINT = 0.05  # of the peak: does not count as extent
