@@ -149,11 +149,18 @@ def _found_twice(contest: Contest, contenders: list[Contender]) -> bool:
 
 
 def _finalists(contenders: list[Contender]) -> list[Contender]:
-    """The most plausible candidate, and the next that is another one but hardly less plausible."""
+    """The most plausible contender, and the next that is another one but hardly less plausible.
+
+    Where a search in the large photo has found nearly the same, its PSF is taken: it is finer; and
+    if the best was found twice, it alone.
+    """
     best = _best(contenders)
+    fine = [own for own in contenders if own.attempt is None and best.is_like(own, ALIKE)]
+    if fine and any(best.is_like(own, AGREEING) for own in contenders if own is not best):
+        return [_best(fine)]
     rivals = [own for own in contenders if not best.is_like(own, ALIKE)]
     near = [own for own in rivals if own.plausibility >= best.plausibility - NEAR]
-    return [best, *([_best(near)] if near else [])]
+    return [_best(fine or [best]), *([_best(near)] if near else [])]
 
 
 def _best(contenders: list[Contender]) -> Contender:
