@@ -58,6 +58,9 @@ from napari_crfdeblur.profiles import ByOrientation, ProfileGroup, sample_profil
 from napari_crfdeblur.psf import (
     Evidence,
     Fergus,
+    L0Gradient,
+    MinimalPixels,
+    Portfolio,
     PsfEstimate,
     RadonFit,
     RadonMap,
@@ -79,6 +82,9 @@ from napari_crfdeblur.simulate.profiles import any_levels, recorded
 Array = NDArray[np.floating]
 DATA = Path(__file__).resolve().parents[2] / "shared" / "data" / "levin2009"
 METHODS = {
+    "portfolio": Portfolio,
+    "l0-gradient": L0Gradient,
+    "minimal-pixels": MinimalPixels,
     "variational": Variational,
     "xu-jia": XuJia,
     "fergus": Fergus,

@@ -9,8 +9,8 @@ from napari_crfdeblur._typing import FloatArray
 from napari_crfdeblur.psf import camera_shake, delta, disk, line
 from napari_crfdeblur.psf.base import as_psf
 from napari_crfdeblur.psf.blind.blurred import Blurred
-from napari_crfdeblur.psf.blind.contest import psf_scaled
 from napari_crfdeblur.psf.blind.plausibility import Plausibility
+from napari_crfdeblur.psf.blind.small_photo import psf_scaled
 
 SHAKES = [camera_shake(15, 8), camera_shake(21, 3), camera_shake(13, 5)]
 PSFS = [*SHAKES, line(13, 0.6), disk(4.5)]

@@ -64,7 +64,7 @@ class Plausibility:
         return cls(continued(plane, size), seen & inner, spectra)
 
     def judge(self, psf: FloatArray) -> float:
-        """How plausible a PSF is, in units of a logarithm: the difference of two counts."""
+        """How plausible a PSF is: likelihood of the spectrum less the logarithm of the sparsity."""
         return SPECTRUM * self.spectra.explained_by(psf).likelihood() - float(
             np.log(self.sparsity(psf))
         )

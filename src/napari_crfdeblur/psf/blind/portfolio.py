@@ -13,9 +13,10 @@ from ..points import Streaks
 from ..status import PsfStatus
 from .colors import gray_of
 from .confidence import diagnose, judge_several
-from .contest import ATTEMPTS, Attempt, Contest, Found, psf_scaled
+from .contest import ATTEMPTS, Attempt, Contest, Found
 from .estimation import BlindEstimator, Light, check_sides
 from .size import extent_of, odd_size
+from .small_photo import psf_scaled
 from .variational.method import refining
 from .variational.method import searching as variational
 

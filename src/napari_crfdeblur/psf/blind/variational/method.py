@@ -77,11 +77,11 @@ def searching(blurred: Blurred, size: int) -> Job[FloatArray]:
     """Long job: a PSF of at least `size` x `size` pixels, more if its faint ends need them."""
     sizes = level_sizes(roomy_size(size))
     at = Progress("blind PSF", 0, len(sizes) * STEPS + 2 * CONTEST_STEPS + FURTHER_STEPS + 1)
-    found = yield from _climbing(blurred, sizes, FIRST_GUESS, at)
+    errors = _errors(blurred, sizes)
+    found, model = yield from _climbing(blurred, sizes, errors, FIRST_GUESS, at)
     at = replace(at, done=len(sizes) * STEPS)
     edges = yield from reporting(searching_edges(blurred, size), at)
-    model, contenders = BlurredGradient.of(blurred, sizes[-1], SOFTNESS), []
-    error = _errors(blurred, sizes)[-1]
+    model, contenders, error = model.assuming(SOFTNESS), [], errors[-1]
     for start in (found.psf, roomy(edges, sizes[-1])):
         found = yield from opening(model, start, error, at)
         contenders.append((yield from alternating(model, found, error, CONTEST_STEPS, at)))
@@ -107,8 +107,9 @@ def refining(blurred: Blurred, psf: FloatArray, size: int) -> Job[FloatArray]:
     sizes = level_sizes(roomy_size(size))
     rest = [level for level in sizes if level >= len(psf)] or sizes[-1:]
     at = Progress("finer PSF", 0, (len(rest) + 1) * STEPS + 1)
-    start = yield from _climbing(blurred, rest, psf, at, below=len(sizes) - len(rest))
-    model, error = BlurredGradient.of(blurred, sizes[-1], SOFTNESS), _errors(blurred, sizes)[-1]
+    errors = _errors(blurred, sizes)[-len(rest) :]
+    start, model = yield from _climbing(blurred, rest, errors, psf, at)
+    model, error = model.assuming(SOFTNESS), errors[-1]
     at = replace(at, done=len(rest) * STEPS)
     found = yield from opening(model, start.psf, error, at)
     found = yield from alternating(model, found, error, STEPS, at)
@@ -122,17 +123,20 @@ def roomy_size(size: int) -> int:
 
 
 def _climbing(
-    blurred: Blurred, sizes: Sequence[int], psf: FloatArray, at: Progress, below: int = 0
-) -> Job["Candidate"]:
-    """Long job: the PSF of the last of these levels, which lie above so many coarser ones."""
-    errors = _errors(blurred, [0] * below + [*sizes])[below:]
+    blurred: Blurred,
+    sizes: Sequence[int],
+    errors: Sequence[float],
+    psf: FloatArray,
+    at: Progress,
+) -> Job[tuple["Candidate", BlurredGradient]]:
+    """Long job: the PSF of the last of these levels, from a coarser one, and the model there."""
     for level, error in zip(sizes, errors, strict=True):
         small = blurred.scaled(level / sizes[-1])
         model = BlurredGradient.of(small, level, SEARCHED_SOFTNESS)
         found = yield from opening(model, psf, error, at)
         found = (yield from alternating(model, found, error, STEPS, at)).cleaned()
         psf, at = found.psf, replace(at, done=at.done + STEPS)
-    return found
+    return found, model
 
 
 def _errors(blurred: Blurred, sizes: Sequence[int]) -> list[float]:
