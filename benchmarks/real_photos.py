@@ -8,7 +8,7 @@ The photos of ``../shared/data/real`` beside the repository were deblurred by Pa
 taken to be sRGB, and the size is not given. Similarity is the greatest normalized cross-correlation
 over all shifts; seconds are of CPU, for the PSF alone.
 
-``--sheet`` goes along the whole path with all defaults, and draws photo, result and published
+``--sheet`` goes along the whole path with the first method, and draws photo, result and published
 result side by side.
 """
 
@@ -25,6 +25,7 @@ from skimage import io
 
 from napari_crfdeblur import deblur
 from napari_crfdeblur.methods import PSFS, named
+from napari_crfdeblur.pipeline import DeblurOptions
 from napari_crfdeblur.psf import Evidence, as_psf, estimate_psf
 from napari_crfdeblur.quality import kernel_similarity
 from napari_crfdeblur.response import SRGB
@@ -58,12 +59,12 @@ def print_row(own: Photo, methods: list[str]) -> list[float]:
     return found
 
 
-def draw(chosen: list[Photo], path: Path) -> None:
+def draw(chosen: list[Photo], path: Path, method: str) -> None:
     """Photo, our result and the published one, in a row for each."""
     figure = Figure(figsize=(15, 4.2 * len(chosen)), layout="constrained")
     axes = figure.subplots(len(chosen), 3, squeeze=False)
     for row, (name, photo, _) in zip(axes, chosen, strict=True):
-        result = deblur(photo)
+        result = deblur(photo, DeblurOptions(psf=named(PSFS, method).make()))
         print(f"{name}: {result.psf.sentence}", flush=True)
         published = io.imread(DATA / f"{name}__published.jpg")
         for panel, picture in zip(row, (photo, result.photo, published), strict=True):
@@ -84,7 +85,7 @@ def main() -> None:
     if not chosen:
         sys.exit(f"No photos in {DATA}.")
     if options.sheet:
-        draw(chosen, options.sheet)
+        draw(chosen, options.sheet, options.methods[0])
         return
     print("| photo | published size | " + " | CPU s | ".join(options.methods) + " | CPU s |")
     print("|---" * (2 + 2 * len(options.methods)) + "|")

@@ -33,7 +33,6 @@ from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
 from ..progress import Job
 from ..psf import (
     Evidence,
-    Portfolio,
     PsfEstimator,
     Variational,
     estimating_psf,
@@ -248,7 +247,7 @@ def edges_needed(have: Intermediates, options: DeblurOptions) -> bool:
 
 
 def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
-    """The best of blind estimates of a PSF: of unknown size, or a little larger than a blur.
+    """Blind estimation of a PSF of unknown size, or of one a little larger than a known blur.
 
     Parameters
     ----------
@@ -264,10 +263,10 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
     if extent is None:
-        return Portfolio()
+        return Variational()
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
-    return Portfolio(size=min(size, (largest - 1) // 2 * 2 + 1))
+    return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
 def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) -> None:
