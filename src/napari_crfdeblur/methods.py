@@ -58,8 +58,8 @@ RESPONSES = (
 """Ways to find the response from the photo alone."""
 
 PSFS = (
-    Method("variational", "variational", "psf", "Variational"),
     Method("portfolio", "several, the most plausible", "psf", "Portfolio"),
+    Method("variational", "variational", "psf", "Variational"),
     Method("xu-jia", "Xu & Jia", "psf", "XuJia"),
     Method("l0-gradient", "fewest steps (L0)", "psf", "L0Gradient"),
     Method("minimal-pixels", "darkest pixels", "psf", "MinimalPixels"),

@@ -9,11 +9,13 @@ from scipy.signal import fftconvolve
 
 from napari_crfdeblur.errors import CrfDeblurError
 from napari_crfdeblur.psf import (
+    Evidence,
     L0Gradient,
     MinimalPixels,
     Portfolio,
     PsfEstimate,
     PsfStatus,
+    Variational,
     camera_shake,
     estimate_psf,
 )
@@ -61,3 +63,17 @@ def test_on_a_night_photo_the_streaks_of_lamps_are_the_psf() -> None:
 def test_a_photo_smaller_than_three_psfs_is_refused() -> None:
     with pytest.raises(CrfDeblurError, match="choose a smaller PSF size"):
         estimate_psf(blurred(camera_shake(9, 3), 60, 90), Portfolio(size=21))
+
+
+def test_one_search_is_enough_where_light_is_linear_and_the_picture_agrees() -> None:
+    photo = blurred(camera_shake(13, 2), 220, 260)
+    alone, found = (estimate_psf(photo, method) for method in (Variational(), Portfolio()))
+    assert alone.status is PsfStatus.GOOD
+    assert np.array_equal(found.psf, alone.psf)
+
+
+def test_where_light_is_a_guess_one_search_is_not_enough() -> None:
+    photo = blurred(camera_shake(13, 2), 220, 260)
+    found = estimate_psf(Evidence(photo, certain=False), Portfolio())
+    assert kernel_similarity(found.psf, camera_shake(13, 2)) > 0.85
+    assert "agreement" in found.diagnostics

@@ -24,9 +24,9 @@ from ..pipeline import DeblurOptions
 from ..psf import (
     Beads,
     GivenPsf,
+    Portfolio,
     PsfAt,
     PsfEstimator,
-    Variational,
     camera_shake,
     disk,
     gaussian,
@@ -149,7 +149,7 @@ def _of_the_paper(name: str, psf: Path | None) -> ResponseFit:
 def psf_estimator(text: str, size: int | None) -> PsfEstimator | None:
     """Method for ``--psf`` and ``--psf-size``; None if the size is to be judged, too."""
     if text == "auto":
-        return Variational(size=size) if size else None
+        return Portfolio(size=size) if size else None
     if text in words(PSFS):
         method: PsfEstimator = named(PSFS, text).make(size=size)
         return method

@@ -176,6 +176,12 @@ class Responses:
         curves = [estimate.curve for estimate in self.estimates]
         return curves[0] if len(curves) == 1 else curves
 
+    @property
+    def certain(self) -> bool:
+        """Whether the photo, or the user, tells them all; otherwise one is a guess."""
+        told = ResponseStatus.GOOD, ResponseStatus.GIVEN
+        return all(estimate.status in told for estimate in self.estimates)
+
 
 class ResponseFit(ABC):
     """A method to find the response from groups of profiles."""

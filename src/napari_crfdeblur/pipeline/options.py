@@ -32,7 +32,7 @@ class DeblurOptions:
     blur_extent : float, optional
         Largest width of a blurred edge in pixels; judged from the photo if not given.
     psf : PsfEstimator, optional
-        How the PSF is found; by default :class:`~.psf.Variational`, or
+        How the PSF is found; by default :class:`~.psf.Portfolio`, or
         :class:`~.psf.GivenPsf` if it is known. :class:`~.psf.RadonFit` finds it from the
         straight edges alone.
     method : Deconvolver, optional

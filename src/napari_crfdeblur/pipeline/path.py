@@ -33,6 +33,7 @@ from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
 from ..progress import Job
 from ..psf import (
     Evidence,
+    Portfolio,
     PsfEstimator,
     Variational,
     estimating_psf,
@@ -263,10 +264,10 @@ def suited_estimator(photo: Image, extent: float | None) -> PsfEstimator:
     if largest < 3:
         raise CrfDeblurError("the image is too small to find its blur; give the PSF")
     if extent is None:
-        return Variational()
+        return Portfolio()
     # Room for what hides in the noise at both ends of an edge.
     size = 2 * round(1.15 * extent / 2 + 1) + 1
-    return Variational(size=min(size, (largest - 1) // 2 * 2 + 1))
+    return Portfolio(size=min(size, (largest - 1) // 2 * 2 + 1))
 
 
 def _check(have: Intermediates, options: DeblurOptions, ahead: Sequence[Stage]) -> None:
@@ -289,8 +290,9 @@ def _refining(photo: Image, drawn: tuple[Drawn, ...], extent: float) -> Job[tupl
 def _evidence(have: Intermediates, method: PsfEstimator) -> Job[Evidence]:
     """Job: what a method looks at."""
     linear, clipped = (have.linear, have.clipped) if have.axes == PLANE else (None, None)
+    certain = have.response is None or have.response.certain
     if not method.needs_edges:
-        return Evidence(linear, clipped)
+        return Evidence(linear, clipped, certain=certain)
     narrow = yield from sampling_profiles(have.colors, made(have.edges, "edges"), grouping=NARROW)
     response = made(have.response, "a response").curve
-    return Evidence(linear, clipped, tuple(narrow), response)
+    return Evidence(linear, clipped, tuple(narrow), response, certain)

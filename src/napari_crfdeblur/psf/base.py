@@ -73,12 +73,15 @@ class Evidence:
         best, such as those of ``ByOrientation(tolerance=radians(1))``.
     response : ResponseCurve or sequence of C of them, optional
         Of the profiles: one for all channels or one for each.
+    certain: bool
+        Whether the picture is known to be linear; not where its response is a guess.
     """
 
     linear: FloatArray | None = None
     clipped: BoolArray | None = None
     groups: tuple[ProfileGroup, ...] = ()
     response: Response | None = None
+    certain: bool = True
 
     def __post_init__(self) -> None:
         if self.linear is not None:
@@ -94,6 +97,7 @@ class Evidence:
         if not (self.response is None or isinstance(self.response, ResponseCurve)):
             what = "a response curve, or one for each channel"
             arguments.instances(self.response, ResponseCurve, what)
+        arguments.instance(self.certain, bool, "whether the picture is known to be linear")
 
     @property
     def picture(self) -> FloatArray:

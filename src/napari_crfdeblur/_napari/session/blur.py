@@ -48,7 +48,7 @@ class BlurVerbs(Workspace):
         Parameters
         ----------
         method : PsfEstimator, optional
-            By default :class:`~napari_crfdeblur.psf.Variational` of the size of the blur.
+            By default :class:`~napari_crfdeblur.psf.Portfolio` of the size of the blur.
             :class:`~napari_crfdeblur.psf.RadonFit` finds it from the edges of the session alone,
             :class:`~napari_crfdeblur.psf.RadonMap` from the picture and these edges.
         region : sequence of (start, stop), optional

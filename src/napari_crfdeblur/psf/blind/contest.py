@@ -16,8 +16,10 @@ from .size import extent_of, odd_size
 from .small_photo import WIDEST, SmallPhoto, psf_scaled
 from .turns import Schedule, turning
 
-SCALED = 21  # pixels that a PSF has in the small photo in which it is searched, and
-JUDGED = 10  # in the one in which PSFs are compared, at least
+SCALED = 21  # pixels that a PSF has in the small photo in which it is searched
+# Pixels that a PSF has where PSFs are compared, at least. Where light is known to be linear, finer
+# is better (a street: .99 instead of .49); where it is not, coarser (12 photos: .78, not .77).
+JUDGED, JUDGED_IN_THE_DARK = 21, 10
 # PSFs in a side of a part of the photo that is enough to make them finer: 9 led astray where all of
 # the photo, made smaller, did not; 20 did no harm.
 NARROW = 12
@@ -93,10 +95,13 @@ class Contest:
     clipped : ndarray of bool, shape (M, N), optional
     size : int
         Pixels of the PSF that is expected.
+    certain : bool
+        Whether light is known to be linear.
     scale : float
         At which PSFs are compared.
     judge : Plausibility
-        In compressed light, in which lamps do not outweigh the rest; clipped light does not count.
+        In linear light, if it is known; otherwise in compressed light, in which lamps do not
+        outweigh the rest. Clipped light does not count.
     made : dict of float to SmallPhoto
         Small photos by what was expected, since several attempts look at the same.
     """
@@ -104,20 +109,25 @@ class Contest:
     light: FloatArray
     clipped: BoolArray | None
     size: int
+    certain: bool
     scale: float
     judge: Plausibility
     made: dict[float, SmallPhoto] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, light: FloatArray, clipped: BoolArray | None, size: int) -> "Contest":
-        """For a photo in linear light, and PSFs of about `size` pixels."""
+    def of(
+        cls, light: FloatArray, clipped: BoolArray | None, size: int, *, certain: bool
+    ) -> "Contest":
+        """For a photo in light that is linear, for certain or not, and PSFs of about `size` px."""
         lost = clipped
         if clipped is not None and clipped.ndim == 3:
             lost = np.asarray(clipped.any(axis=2))
-        scale = min(1.0, max(JUDGED / size, WIDEST / max(light.shape)))
+        least = JUDGED if certain else JUDGED_IN_THE_DARK
+        scale = min(1.0, max(least / size, WIDEST / max(light.shape)))
         extent = round(scale * size)
-        seen = SmallPhoto.of(light, lost, scale, extent)
-        return cls(light, lost, size, scale, Plausibility.of(seen.compressed, extent))
+        small = SmallPhoto.of(light, lost, scale, extent)
+        seen = small.in_light(compressed=not certain)
+        return cls(light, lost, size, certain, scale, Plausibility.of(seen, extent))
 
     def searching(self, attempt: Attempt) -> Job[Found]:
         """Long job: a PSF and its scale.

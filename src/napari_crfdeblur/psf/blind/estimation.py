@@ -109,11 +109,10 @@ def estimating_blindly(
     yield Progress("blind PSF", 0, 1)
     light = Light.of(*gray_of(linear, clipped), region)
     if size is None:
-        psf, blurred = yield from light.searching_unsized(search)
+        psf, size = yield from light.growing(search, (yield from light.sizing()))
     else:
-        blurred = light.around(size)
-        psf = yield from search(blurred, size)
-    figures = diagnose(blurred, psf)
+        psf = yield from search(light.around(size), size)
+    figures = diagnose(light.around(size), psf)
     return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_agreement(figures), figures)
 
 
@@ -147,17 +146,16 @@ class Light:
         """Long job: a size with some room for the PSF, by one fast method."""
         return finding_size(lambda size: self.around(size, NARROW * size), searching, self.largest)
 
-    def searching_unsized(self, search: Search) -> Job[tuple[FloatArray, Blurred]]:
-        """Long job: find the size, and grow it while the PSF does not fit."""
-        size = yield from self.sizing()
-        for _ in range(TRIES):
-            blurred = self.around(size)
-            psf = yield from search(blurred, size)
+    def growing(self, search: Search, size: int) -> Job[tuple[FloatArray, int]]:
+        """Long job: a PSF, and the size at which it fits: that given, or a larger one."""
+        psf = yield from search(self.around(size), size)
+        for _ in range(TRIES - 1):
             larger = odd_size(GROWTH * size, self.largest)
             if not is_cut(psf) or larger <= size:
                 break
             size = larger
-        return psf, blurred
+            psf = yield from search(self.around(size), size)
+        return psf, size
 
 
 def check_sides(linear: FloatArray, size: int) -> None:

@@ -12,7 +12,7 @@ from ..base import Evidence, PsfEstimate, centered
 from ..points import Streaks
 from ..status import PsfStatus
 from .colors import gray_of
-from .confidence import diagnose, judge_several
+from .confidence import diagnose, judge_agreement, judge_several
 from .contest import ATTEMPTS, Attempt, Contest, Found
 from .estimation import BlindEstimator, Light, check_sides
 from .size import extent_of, odd_size
@@ -29,6 +29,7 @@ EASY, LEAST_ATTEMPTS, LEAST_OF_LARGE = 25, 2, 4
 # two of eighteen gained .04 and .06.
 NEAR = 0.06
 COARSE = 0.015  # by which what was only enlarged must be more plausible than what was made finer
+FINE = 0.03  # by which what a small photo shows must be more plausible, where light is linear
 TELLING = 0.03  # of plausibility: a candidate that is so much worse counts a third in agreement
 FINALISTS = 2
 LAST_SEARCH = 1 + len(ATTEMPTS)
@@ -48,7 +49,7 @@ class Contender:
     seen : ndarray, shape (S, S)
         The PSF at the scale at which they are compared.
     plausibility : float
-        By :class:`~.plausibility.Plausibility`.
+        By :class:`~.plausibility.Plausibility`, and `FINE`.
     attempt : Attempt, optional
         How it was found.
     """
@@ -62,7 +63,8 @@ class Contender:
     def of(cls, contest: Contest, found: Found, attempt: Attempt | None = None) -> "Contender":
         """Judge a PSF."""
         seen = psf_scaled(found.psf, contest.scale / found.scale)
-        return cls(found, seen, contest.judge.judge(seen), attempt)
+        lead = FINE if attempt is None and contest.certain else 0.0
+        return cls(found, seen, contest.judge.judge(seen) + lead, attempt)
 
     def is_like(self, other: "Contender", least: float) -> bool:
         """Whether both PSFs are similar, wherever they lie."""
@@ -75,10 +77,11 @@ class Portfolio(BlindEstimator):
 
     No search finds every PSF. First come the streaks of lamps (:class:`~..points.Streaks`), which
     are the PSF; then :class:`~.variational.method.Variational` in the part of the photo that tells
-    most; then searches in the photo made small, after Xu, Zheng & Jia (2013) and Wen et al. (2021),
-    in linear and in compressed light and with more room or less, until the most plausible PSF was
-    found twice (:class:`~.plausibility.Plausibility`). One that was found in the small photo is
-    refined in the large one.
+    most, and that is all where light is known to be linear and the parts of the picture agree.
+    Otherwise searches in the photo made small follow, after Xu, Zheng & Jia (2013) and Wen et al.
+    (2021), in linear and in compressed light and with more room or less, until the most plausible
+    PSF was found twice (:class:`~.plausibility.Plausibility`). One that was found in the small
+    photo is refined in the large one.
 
     Parameters
     ----------
@@ -96,8 +99,14 @@ class Portfolio(BlindEstimator):
             return streaks
         light = Light.of(*gray_of(seen, clipped), self.region)
         size = self.size or (yield from light.sizing())
-        contest = Contest.of(seen, clipped, size)
-        contenders = yield from _competing(light, contest, size)
+        job = light.growing(variational, size)
+        first, size = yield from nth(job, 0, JOBS, "PSF, search")
+        if evidence.certain:
+            figures = diagnose(light.around(size), first)
+            if judge_agreement(figures) is PsfStatus.GOOD:
+                return PsfEstimate(centered(np.asarray(first, np.float64)), PsfStatus.GOOD, figures)
+        contest = Contest.of(seen, clipped, size, certain=evidence.certain)
+        contenders = yield from _competing(light, contest, first)
         finer = []
         for number, finalist in enumerate(_finalists(contenders)):
             job = _refined(light, contest, finalist)
@@ -118,11 +127,9 @@ def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
     return found if found.status is PsfStatus.GOOD else None
 
 
-def _competing(light: Light, contest: Contest, size: int) -> Job[list[Contender]]:
+def _competing(light: Light, contest: Contest, first: FloatArray) -> Job[list[Contender]]:
     """Long job: PSFs of several searches, until the best was found twice."""
-    job = variational(light.around(size), size)
-    psf = yield from nth(job, 0, JOBS, "PSF, search")
-    contenders = [Contender.of(contest, Found(psf, 1.0))]
+    contenders = [Contender.of(contest, Found(first, 1.0))]
     for number, attempt in enumerate(ATTEMPTS, 1):
         try:
             search = contest.searching(attempt)
@@ -133,7 +140,7 @@ def _competing(light: Light, contest: Contest, size: int) -> Job[list[Contender]
         if _found_twice(contest, contenders):
             break
     fitting = odd_size(ROOM * extent_of(_best(contenders).seen) / contest.scale, light.largest)
-    if max(fitting / size, size / fitting) > MISSED:
+    if max(fitting / contest.size, contest.size / fitting) > MISSED:
         job = variational(light.around(fitting), fitting)
         psf = yield from nth(job, LAST_SEARCH, JOBS, "PSF, search")
         contenders.append(Contender.of(contest, Found(psf, 1.0)))
