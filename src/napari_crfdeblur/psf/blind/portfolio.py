@@ -99,12 +99,12 @@ class Portfolio(BlindEstimator):
             return streaks
         light = Light.of(*gray_of(seen, clipped), self.region)
         size = self.size or (yield from light.sizing())
-        job = light.growing(variational, size)
-        first, size = yield from nth(job, 0, JOBS, "PSF, search")
+        alone = light.growing(variational, size)
+        first, size = yield from nth(alone, 0, JOBS, "PSF, search")
         if evidence.certain:
             figures = diagnose(light.around(size), first)
             if judge_agreement(figures) is PsfStatus.GOOD:
-                return PsfEstimate(centered(np.asarray(first, np.float64)), PsfStatus.GOOD, figures)
+                return _estimate(first, PsfStatus.GOOD, figures)
         contest = Contest.of(seen, clipped, size, certain=evidence.certain)
         contenders = yield from _competing(light, contest, first)
         finer = []
@@ -115,7 +115,11 @@ class Portfolio(BlindEstimator):
         psf = best.found.psf
         yield Progress("PSF, search", JOBS, JOBS)
         figures = diagnose(light.around(len(psf)), psf) | _told_by(best, contenders)
-        return PsfEstimate(centered(np.asarray(psf, np.float64)), judge_several(figures), figures)
+        return _estimate(psf, judge_several(figures), figures)
+
+
+def _estimate(psf: FloatArray, status: PsfStatus, figures: dict[str, float]) -> PsfEstimate:
+    return PsfEstimate(centered(np.asarray(psf, np.float64)), status, figures)
 
 
 def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
