@@ -32,12 +32,12 @@ from napari_crfdeblur.profiles import sampling_profiles
 from napari_crfdeblur.progress import drain
 from napari_crfdeblur.psf import (
     GivenPsf,
+    Portfolio,
     PsfEstimate,
     PsfField,
     PsfStatus,
     RadonFit,
     RadonMap,
-    Variational,
     XuJia,
     camera_shake,
 )
@@ -331,7 +331,7 @@ def test_the_size_of_the_psf_needs_no_edges(small):
     have, known = Intermediates(small), DeblurOptions(response=GivenResponse(SRGB()))
     assert not edges_needed(have, known)
     assert edges_needed(have, replace(known, psf=RadonFit()))
-    assert suited_estimator(small, None) == Variational()
+    assert suited_estimator(small, None) == Portfolio()
     assert suited_estimator(small, 8.0).size == 13
     assert suited_estimator(small, 80.0).size == 15  # a third of the shorter side
 

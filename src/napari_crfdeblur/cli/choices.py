@@ -66,7 +66,9 @@ def deblur_options(arguments: Namespace) -> DeblurOptions:
         undone = named(DECONVOLUTIONS, arguments.method).make()
         if arguments.strength != 1:
             undone = Strengthened(undone, arguments.strength)
-        options = replace(options, method=undone, guard=arguments.guard)
+        options = replace(
+            options, method=undone, guard=arguments.guard, settle_light=arguments.settle_light
+        )
     return options
 
 

@@ -59,7 +59,7 @@ def response(command: ArgumentParser, of: str = "", auto: str = "auto") -> None:
 
 
 def method(command: ArgumentParser) -> None:
-    """``--method`` of deconvolution, ``--strength`` of it, and ``--no-guard``."""
+    """``--method`` of deconvolution, ``--strength`` of it, what keeps it from ringing."""
     command.add_argument(
         "--method",
         choices=METHODS,
@@ -79,6 +79,12 @@ def method(command: ArgumentParser) -> None:
         dest="guard",
         action="store_false",
         help="hand out the result as it is, even where it is impossible",
+    )
+    command.add_argument(
+        "--keep-response",
+        dest="settle_light",
+        action="store_false",
+        help="where the photo cannot tell its response, keep what is assumed, even if it rings",
     )
 
 

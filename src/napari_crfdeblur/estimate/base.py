@@ -58,6 +58,10 @@ class Finding(Enum):
         "the color channels lie clearly beside each other: correct the lateral chromatic "
         "aberration first"
     )
+    RINGS = (
+        "with the response that was assumed the restored photo rings, and less so with its values "
+        "taken as light, as they are now; give the response if you know it"
+    )
     CONTRADICTION = (
         "the photos contradict each other, or what was known of the camera: they are not of one "
         "camera in one picture style; estimate them apart"

@@ -17,6 +17,7 @@ from ..photo import ALPHA
 from ..profiles import ProfileGroup
 from ..psf import PsfEstimate, PsfField
 from ..response import clipped_light, pixel_worth
+from .trial import LightTrial
 
 GROUND = 0.35  # share of the pixels of a channel: more are not lamps, but what lies behind
 PLANE, VOLUME = 2, 3  # axes
@@ -47,12 +48,12 @@ class Intermediates:
         Relative irradiance.
     psf : PsfEstimate, optional
         Point spread function of the whole.
+    trial : LightTrial, optional
+        Which light was tried, where the response is a guess.
     field : PsfField, optional
         The PSFs of all parts, if each has its own.
     sharp_linear : ndarray, optional
         Deconvolved irradiance; it can leave [0, 1].
-    trust : Trust, optional
-        How far `sharp_linear` can be believed.
     trust : Trust, optional
         How far `sharp_linear` can be believed.
     result : ndarray, optional
@@ -70,6 +71,7 @@ class Intermediates:
     response: Responses | None = None
     linear: FloatArray | None = None
     psf: PsfEstimate | None = None
+    trial: LightTrial | None = None
     field: PsfField | None = None
     sharp_linear: FloatArray | None = None
     trust: Trust | None = None
@@ -91,8 +93,14 @@ class Intermediates:
             arguments.instances(self.edges, Edge, "edges")
         if self.groups is not None:
             arguments.instances(self.groups, ProfileGroup, "groups of profiles")
-        kinds = {"response": Responses, "psf": PsfEstimate, "field": PsfField, "trust": Trust}
-        for name, kind in kinds.items():
+        kinds = (
+            ("response", Responses),
+            ("psf", PsfEstimate),
+            ("trial", LightTrial),
+            ("field", PsfField),
+            ("trust", Trust),
+        )
+        for name, kind in kinds:
             arguments.instance(getattr(self, name), (kind, NoneType), f"{kind.__name__} or None")
         arguments.instance(self.chosen, Mapping, "what was chosen, by the name of the option")
 

@@ -37,6 +37,9 @@ class DeblurOptions:
         straight edges alone.
     method : Deconvolver, optional
         How the blur is undone; by default :class:`~.deconvolution.LocalShrinkage`.
+    settle_light : bool
+        Whether, where the photo does not tell its response, its values are taken as light if the
+        restoration rings less so (:class:`~.trial.LightTrial`).
     guard : bool
         Whether the result gives way to the photo where it is impossible
         (:func:`~.deconvolution.guard`).
@@ -56,12 +59,14 @@ class DeblurOptions:
     psf: PsfEstimator | None = None
     method: Deconvolver | None = None
     regions: int | PartGrid | None = None
+    settle_light: bool = True
     guard: bool = True
 
     def __post_init__(self) -> None:
         arguments.instance(self.response, ResponseFit, "a method to find the response")
         arguments.instance(self.psf, (PsfEstimator, NoneType), "a method to find the PSF")
         arguments.instance(self.method, (Deconvolver, NoneType), "a method of deconvolution")
+        arguments.instance(self.settle_light, bool, "whether the light is settled by trial")
         arguments.instance(self.guard, bool, "whether the result is guarded")
         if self.edges is not None:
             edges = arguments.instances(

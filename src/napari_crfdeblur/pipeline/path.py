@@ -1,4 +1,4 @@
-"""The path: edges, profiles, response, linear light, PSF, field, restored, re-applied.
+"""The path: edges, profiles, response, linear light, PSF, trial, field, restored, re-applied.
 
 Each stage is a job that takes what earlier ones have made, and adds its own. This is the one
 description of the path: library, command, batch, tiles and window drive it with
@@ -28,7 +28,7 @@ from ..deconvolution.varying import deconvolving_varying
 from ..edges import Edge, estimating_blur_extent, finding_edges, refining_edges
 from ..errors import CrfDeblurError
 from ..estimate import estimating_responses
-from ..photo import check_intensities, check_photo
+from ..photo import check_intensities, check_photo, to_unit
 from ..profiles import ByOrientation, ProfileGroup, sampling_profiles
 from ..progress import Job
 from ..psf import (
@@ -42,6 +42,7 @@ from ..psf import (
 from ..response import linearizing, reapplying
 from .intermediates import PLANE, Intermediates, in_rows, made
 from .options import DeblurOptions, Drawn
+from .trial import LightTrial, taken_as_light, trying_light
 
 DEFAULT_METHOD: Deconvolver = LocalShrinkage()  # the best on photos
 # A PSF of 20 pixels looks alike along normals this near each other, to a sixth of a pixel.
@@ -56,6 +57,7 @@ class Stage(Enum):
     RESPONSE = "response"
     LINEAR = "linear"
     PSF = "psf"
+    TRIAL = "trial"
     FIELD = "field"
     RESTORE = "sharp_linear"
     REAPPLY = "result"
@@ -116,6 +118,20 @@ def find_psf(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
         have = have.choosing(psf=method)
     evidence = yield from _evidence(have, method)
     return replace(have, psf=(yield from estimating_psf(evidence, method)))
+
+
+def settle_light(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
+    """Stage: the light in which the PSF restores without ringing, where the response is a guess."""
+    response, psf = made(have.response, "a response"), made(have.psf, "a PSF").psf
+    if not options.settle_light or response.certain or have.axes != PLANE or psf.ndim != PLANE:
+        return replace(have, trial=LightTrial())
+    linear, recorded = made(have.linear, "linear light"), to_unit(have.colors)
+    trial = yield from trying_light(linear, recorded, have.lamps, psf)
+    have = replace(have, trial=trial)
+    if not trial.prefers_recorded:
+        return have
+    settled = replace(have, response=taken_as_light(response), linear=None)
+    return (yield from undo_response(settled, options))
 
 
 def find_field(have: Intermediates, options: DeblurOptions) -> Job[Intermediates]:
@@ -184,6 +200,7 @@ PATH: Mapping[Stage, Run] = MappingProxyType(
         Stage.RESPONSE: find_response,
         Stage.LINEAR: undo_response,
         Stage.PSF: find_psf,
+        Stage.TRIAL: settle_light,
         Stage.FIELD: find_field,
         Stage.RESTORE: undo_blur,
         Stage.REAPPLY: apply_response,

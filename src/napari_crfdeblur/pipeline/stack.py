@@ -20,6 +20,7 @@ from .blur import Blur, axes_of, check_reach, part_of
 from .intermediates import PLANE, Intermediates
 from .options import DeblurOptions
 from .path import Stage, walking
+from .trial import LightTrial
 
 TRUST = ("kept", "error", "believed")
 MOST_WHITE = 1e20  # and 1 over it: what is divided by it stays within single precision
@@ -167,6 +168,7 @@ def restoring_stack(
             stack.photo(piece, axes),
             axes=axes,
             response=response,
+            trial=LightTrial(),  # the response is settled
             linear=None if known.linear is None else known.linear[index],
             sharp_linear=None if known.sharp_linear is None else known.sharp_linear[index],
         )

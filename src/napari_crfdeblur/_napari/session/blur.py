@@ -13,6 +13,7 @@ from ...errors import CrfDeblurError
 from ...pipeline import DeblurOptions, Intermediates, PhotoStack, Stage, walking
 from ...pipeline.blur import check_fit
 from ...pipeline.intermediates import made
+from ...pipeline.trial import LightTrial
 from ...progress import Job, Progress
 from ...psf import Beads, PsfAt, PsfEstimate, PsfEstimator, PsfField, PsfStatus, as_psf
 from .. import outputs
@@ -190,6 +191,7 @@ def _seeking(
         edges=edges.edges if edges and options.psf and options.psf.needs_edges else (),
         groups=(),
         response=fitted.responses,
+        trial=LightTrial(),  # the user has the response before the eyes
     )
     return (yield from walking(have, options, start=Stage.LINEAR, until=Stage.FIELD))
 

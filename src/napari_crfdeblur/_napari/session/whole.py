@@ -97,8 +97,8 @@ def keep_whole(
         state = replace(state, fitted=fitted_of(have, edges, options))
     if have.psf is not None and state.fitted is not None:
         used = options.psf or have.chosen["psf"]
-        given = isinstance(used, GivenPsf)
-        sought = None if given else Sought(used, state.fitted, edges, plane, options.regions)
+        as_it_is = isinstance(used, GivenPsf) or _settled(have)
+        sought = None if as_it_is else Sought(used, state.fitted, edges, plane, options.regions)
         state = replace(state, psf=have.psf, field=have.field, sought=sought)
     session.commit(photo, state)
     yield
@@ -113,9 +113,14 @@ def keep_whole(
 def fitted_of(have: Intermediates, edges: EdgeSet | None, options: DeblurOptions) -> Fitted:
     """The response that the path has found, and what it was found from."""
     response = made(have.response, "a response")
-    if not options.response.needs_profiles:
+    if not options.response.needs_profiles or _settled(have):
         return Fitted(response)
     return Fitted(response, have.groups or (), edges, options.response)
+
+
+def _settled(have: Intermediates) -> bool:
+    """Whether another response was taken than the one found, by trial with the PSF."""
+    return have.trial is not None and have.trial.prefers_recorded
 
 
 def _walking(

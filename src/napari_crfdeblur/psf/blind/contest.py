@@ -95,8 +95,8 @@ class Contest:
     clipped : ndarray of bool, shape (M, N), optional
     size : int
         Pixels of the PSF that is expected.
-    certain : bool
-        Whether light is known to be linear.
+    lead : float
+        Of plausibility, that what is found in the large photo has.
     scale : float
         At which PSFs are compared.
     judge : Plausibility
@@ -109,14 +109,20 @@ class Contest:
     light: FloatArray
     clipped: BoolArray | None
     size: int
-    certain: bool
+    lead: float
     scale: float
     judge: Plausibility
     made: dict[float, SmallPhoto] = field(default_factory=dict)
 
     @classmethod
     def of(
-        cls, light: FloatArray, clipped: BoolArray | None, size: int, *, certain: bool
+        cls,
+        light: FloatArray,
+        clipped: BoolArray | None,
+        size: int,
+        *,
+        certain: bool,
+        lead: float = 0.0,
     ) -> "Contest":
         """For a photo in light that is linear, for certain or not, and PSFs of about `size` px."""
         lost = clipped
@@ -127,7 +133,7 @@ class Contest:
         extent = round(scale * size)
         small = SmallPhoto.of(light, lost, scale, extent)
         seen = small.in_light(compressed=not certain)
-        return cls(light, lost, size, certain, scale, Plausibility.of(seen, extent))
+        return cls(light, lost, size, lead, scale, Plausibility.of(seen, extent))
 
     def searching(self, attempt: Attempt) -> Job[Found]:
         """Long job: a PSF and its scale.
