@@ -22,8 +22,8 @@ from .variational.method import searching as variational
 
 AGREEING = 0.9  # similarity from which two searches have found the same
 ALIKE = 0.8  # and up to which they have not: a finer search makes the same of what is between
-# Attempts, besides the first search, that are made at least: for PSFs of up to so many pixels, of
-# which nearly all are found at once, and for larger ones. The second looks for a much larger PSF.
+# Attempts that are made at least, for PSFs of up to so many pixels, of which nearly all are found
+# at once, and for larger ones. The second looks for a much larger PSF.
 EASY, LEAST_ATTEMPTS, LEAST_OF_LARGE = 25, 2, 4
 # Less plausible by so much, a PSF of a small photo can become the best when it is made finer:
 # two of eighteen gained .04 and .06.
@@ -35,8 +35,9 @@ COARSE = 0.015  # by which what was only enlarged must be more plausible than wh
 FINE = 0.03
 TELLING = 0.03  # of plausibility: a candidate that is so much worse counts a third in agreement
 FINALISTS = 2
-LAST_SEARCH = 1 + len(ATTEMPTS)
+LAST_SEARCH = 2 + len(ATTEMPTS)
 JOBS = LAST_SEARCH + 1 + FINALISTS  # at most
+LARGE = 15  # pixels: where a larger PSF is in doubt, one of half that size is searched, too
 MISSED = 1.6  # times the size that fits the best: the first search is made again with that size
 ROOM = 1.3  # times the extent seen at a small scale: the array of the refinement
 
@@ -107,15 +108,29 @@ class Portfolio(BlindEstimator):
         figures = diagnose(light.around(size), first)
         agreed = judge_agreement(figures) is PsfStatus.GOOD
         if evidence.certain and agreed:
+            yield Progress("PSF, search", JOBS, JOBS)
             return _estimate(first, PsfStatus.GOOD, figures)
         lead = FINE if evidence.certain or agreed else 0.0
         contest = Contest.of(seen, clipped, size, certain=evidence.certain, lead=lead)
-        return (yield from _contested(light, contest, first))
+        fine = [first]
+        if not agreed and size > LARGE:
+            narrow = odd_size(size / 2, light.largest)
+            search = variational(light.around(narrow), narrow)
+            fine.append((yield from nth(search, 1, JOBS, "PSF, search")))
+        return (yield from _contested(light, contest, fine))
 
 
-def _contested(light: Light, contest: Contest, first: FloatArray) -> Job[PsfEstimate]:
-    """Long job: the most plausible of the PSFs that several searches find, made finer."""
-    contenders, finer = (yield from _competing(light, contest, first)), []
+def _contested(light: Light, contest: Contest, fine: list[FloatArray]) -> Job[PsfEstimate]:
+    """Long job: the most plausible of the PSFs that several searches find, made finer.
+
+    Parameters
+    ----------
+    light : Light
+    contest : Contest
+    fine : list of ndarray
+        In the large photo.
+    """
+    contenders, finer = (yield from _competing(light, contest, fine)), []
     for number, finalist in enumerate(_finalists(contenders)):
         job = _refined(light, contest, finalist)
         finer += yield from nth(job, LAST_SEARCH + 1 + number, JOBS, "PSF, search")
@@ -139,10 +154,10 @@ def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
     return found if found.status is PsfStatus.GOOD else None
 
 
-def _competing(light: Light, contest: Contest, first: FloatArray) -> Job[list[Contender]]:
+def _competing(light: Light, contest: Contest, fine: list[FloatArray]) -> Job[list[Contender]]:
     """Long job: PSFs of several searches, until the best was found twice."""
-    contenders = [Contender.of(contest, Found(first, 1.0))]
-    for number, attempt in enumerate(ATTEMPTS, 1):
+    contenders = [Contender.of(contest, Found(psf, 1.0)) for psf in fine]
+    for number, attempt in enumerate(ATTEMPTS, 2):
         try:
             search = contest.searching(attempt)
             found = yield from nth(search, number, JOBS, "PSF, search")
@@ -152,7 +167,8 @@ def _competing(light: Light, contest: Contest, first: FloatArray) -> Job[list[Co
         if _found_twice(contest, contenders):
             break
     fitting = odd_size(ROOM * extent_of(_best(contenders).seen) / contest.scale, light.largest)
-    if max(fitting / contest.size, contest.size / fitting) > MISSED:
+    tried = [contest.size, contest.size / 2][: len(fine)]
+    if all(max(fitting / size, size / fitting) > MISSED for size in tried):
         job = variational(light.around(fitting), fitting)
         psf = yield from nth(job, LAST_SEARCH, JOBS, "PSF, search")
         contenders.append(Contender.of(contest, Found(psf, 1.0)))
@@ -162,10 +178,11 @@ def _competing(light: Light, contest: Contest, first: FloatArray) -> Job[list[Co
 def _found_twice(contest: Contest, contenders: list[Contender]) -> bool:
     """Whether another search has found the same as the best; other sizes must have been tried."""
     best = _best(contenders)
-    others = [own for own in contenders if own is not best]
+    attempts = sum(own.attempt is not None for own in contenders)
     extent = extent_of(best.seen) / contest.scale
     least = LEAST_ATTEMPTS if extent <= EASY else LEAST_OF_LARGE
-    return len(others) >= least and any(best.is_like(own, AGREEING) for own in others)
+    others = [own for own in contenders if own is not best]
+    return attempts >= least and any(best.is_like(own, AGREEING) for own in others)
 
 
 def _finalists(contenders: list[Contender]) -> list[Contender]:
