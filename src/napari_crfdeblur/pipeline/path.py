@@ -126,7 +126,7 @@ def settle_light(have: Intermediates, options: DeblurOptions) -> Job[Intermediat
     if not options.settle_light or response.certain or have.axes != PLANE or psf.ndim != PLANE:
         return replace(have, trial=LightTrial())
     linear, recorded = made(have.linear, "linear light"), to_unit(have.colors)
-    trial = yield from trying_light(linear, recorded, have.lamps, psf)
+    trial = yield from trying_light(linear, recorded, have.lamps, psf, DEFAULT_METHOD)
     have = replace(have, trial=trial)
     if not trial.prefers_recorded:
         return have

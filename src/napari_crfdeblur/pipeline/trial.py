@@ -6,13 +6,12 @@ import numpy as np
 
 from .. import arguments
 from .._typing import BoolArray, FloatArray
-from ..deconvolution import LocalShrinkage, deconvolving, judging, measure_channels
+from ..deconvolution import Deconvolver, deconvolving, judging, measure_channels
 from ..estimate import Finding, ResponseEstimate, Responses
 from ..progress import Job, Progress
-from ..psf.blind.overview import telling_region
+from ..psf.blind.overview import Overview
 from ..response import Identity
 
-METHOD = LocalShrinkage()
 WIDEST = 1024  # pixels in a side of the part of a large photo that is tried
 # Share of the restoration that the guard keeps, from which on no other light is tried; and by which
 # more must be kept in another.
@@ -48,7 +47,11 @@ class LightTrial:
 
 
 def trying_light(
-    linear: FloatArray, recorded: FloatArray, lamps: BoolArray, psf: FloatArray
+    linear: FloatArray,
+    recorded: FloatArray,
+    lamps: BoolArray,
+    psf: FloatArray,
+    method: Deconvolver,
 ) -> Job[LightTrial]:
     """Long job: restore a photo in the light that is assumed, and if it rings, in that recorded.
 
@@ -61,11 +64,12 @@ def trying_light(
     lamps : ndarray of bool, the shape of `linear`
         Where light was brighter than recorded.
     psf : ndarray, shape (H, W)
+    method : Deconvolver
     """
-    assumed = yield from _keeping(linear, lamps, psf)
+    assumed = yield from _keeping(linear, lamps, psf, method)
     if assumed >= ENOUGH:
         return LightTrial(assumed)
-    return LightTrial(assumed, (yield from _keeping(recorded, lamps, psf)))
+    return LightTrial(assumed, (yield from _keeping(recorded, lamps, psf, method)))
 
 
 def taken_as_light(responses: Responses) -> Responses:
@@ -84,15 +88,17 @@ def _taken_as_light(assumed: ResponseEstimate) -> ResponseEstimate:
     )
 
 
-def _keeping(light: FloatArray, lamps: BoolArray, psf: FloatArray) -> Job[float]:
+def _keeping(
+    light: FloatArray, lamps: BoolArray, psf: FloatArray, method: Deconvolver
+) -> Job[float]:
     """Long job: share of a restoration of gray light that the guard keeps."""
     yield Progress("trying the light", 0, 1)
     if light.ndim == 3:
         light, lamps = light.mean(axis=2), np.asarray(lamps.any(axis=2))
     size = max(psf.shape)
-    part = telling_region(light, max(WIDEST, 3 * size), size, lamps)
+    part = Overview.of(light, lamps).informative_region(max(WIDEST, 3 * size), size)
     light, lamps = light[part], lamps[part]
     statistics = measure_channels(light, psf, lamps)
-    sharp = yield from deconvolving(light, psf, METHOD, clipped=lamps, statistics=statistics)
+    sharp = yield from deconvolving(light, psf, method, clipped=lamps, statistics=statistics)
     judged = yield from judging(light, sharp, psf, clipped=lamps, statistics=statistics)
     return float(judged.trust.kept.mean())

@@ -39,7 +39,7 @@ def way_of(state: State, fitted: Fitted | None = None, method: Deconvolver | Non
         return _with_edges(Way(DeblurOptions()), state.edges)
     found = fitted.way.needs_profiles  # by trial it would have been settled, and given as it is
     way = Way(DeblurOptions(response=fitted.way, method=method, settle_light=not found))
-    if fitted.way.needs_profiles:
+    if found:
         way = _with_edges(way, fitted.edges)
     return way if state.psf is None else _with_psf(way, state, fitted)
 

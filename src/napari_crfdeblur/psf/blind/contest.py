@@ -122,7 +122,7 @@ class Contest:
         size: int,
         *,
         certain: bool,
-        lead: float = 0.0,
+        lead: float,
     ) -> "Contest":
         """For a photo in light that is linear, for certain or not, and PSFs of about `size` px."""
         lost = clipped

@@ -87,22 +87,6 @@ class Overview:
         )
 
 
-def telling_region(
-    light: FloatArray, side: int, size: int, clipped: BoolArray | None = None
-) -> tuple[slice, slice]:
-    """Square of a plane of light whose edges tell a PSF best.
-
-    Parameters
-    ----------
-    light : ndarray, shape (M, N)
-    side, size : int
-        As for :meth:`Overview.informative_region`.
-    clipped : ndarray of bool, shape (M, N), optional
-        As for :meth:`Overview.of`.
-    """
-    return Overview.of(light, clipped).informative_region(side, size)
-
-
 def usefulness(differences: FloatArray, size: int) -> FloatArray:
     """How far the gradients around a pixel agree: `r` of Xu & Jia (2010), Sec. 3.1.
 

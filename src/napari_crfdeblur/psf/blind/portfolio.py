@@ -1,5 +1,6 @@
 """The PSF of any photo: several searches compete, as many as the photo asks for."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,10 +83,11 @@ class Portfolio(BlindEstimator):
     No search finds every PSF. First come the streaks of lamps (:class:`~..points.Streaks`), which
     are the PSF; then :class:`~.variational.method.Variational` in the part of the photo that tells
     most, and that is all where light is known to be linear and the parts of the picture agree.
-    Otherwise searches in the photo made small follow, after Xu, Zheng & Jia (2013) and Wen et al.
-    (2021), in linear and in compressed light and with more room or less, until the most plausible
-    PSF was found twice (:class:`~.plausibility.Plausibility`). One that was found in the small
-    photo is refined in the large one.
+    Otherwise half of the size is searched, too, if they do not agree, and the photo made small,
+    after Xu, Zheng & Jia (2013) and Wen et al. (2021), in linear and in compressed light and with
+    more room or less, until the most plausible PSF was found twice
+    (:class:`~.plausibility.Plausibility`). One that was found in the small photo is refined in the
+    large one.
 
     Parameters
     ----------
@@ -112,23 +114,23 @@ class Portfolio(BlindEstimator):
             return _estimate(first, PsfStatus.GOOD, figures)
         lead = FINE if evidence.certain or agreed else 0.0
         contest = Contest.of(seen, clipped, size, certain=evidence.certain, lead=lead)
-        fine = [first]
+        fine = {size: first}
         if not agreed and size > LARGE:
             narrow = odd_size(size / 2, light.largest)
             search = variational(light.around(narrow), narrow)
-            fine.append((yield from nth(search, 1, JOBS, "PSF, search")))
+            fine[narrow] = yield from nth(search, 1, JOBS, "PSF, search")
         return (yield from _contested(light, contest, fine))
 
 
-def _contested(light: Light, contest: Contest, fine: list[FloatArray]) -> Job[PsfEstimate]:
+def _contested(light: Light, contest: Contest, fine: Mapping[int, FloatArray]) -> Job[PsfEstimate]:
     """Long job: the most plausible of the PSFs that several searches find, made finer.
 
     Parameters
     ----------
     light : Light
     contest : Contest
-    fine : list of ndarray
-        In the large photo.
+    fine : mapping of int to ndarray
+        PSFs found in the large photo, by the size that was looked for.
     """
     contenders, finer = (yield from _competing(light, contest, fine)), []
     for number, finalist in enumerate(_finalists(contenders)):
@@ -154,9 +156,11 @@ def _streaks(evidence: Evidence, size: int | None) -> Job[PsfEstimate | None]:
     return found if found.status is PsfStatus.GOOD else None
 
 
-def _competing(light: Light, contest: Contest, fine: list[FloatArray]) -> Job[list[Contender]]:
+def _competing(
+    light: Light, contest: Contest, fine: Mapping[int, FloatArray]
+) -> Job[list[Contender]]:
     """Long job: PSFs of several searches, until the best was found twice."""
-    contenders = [Contender.of(contest, Found(psf, 1.0)) for psf in fine]
+    contenders = [Contender.of(contest, Found(psf, 1.0)) for psf in fine.values()]
     for number, attempt in enumerate(ATTEMPTS, 2):
         try:
             search = contest.searching(attempt)
@@ -167,8 +171,7 @@ def _competing(light: Light, contest: Contest, fine: list[FloatArray]) -> Job[li
         if _found_twice(contest, contenders):
             break
     fitting = odd_size(ROOM * extent_of(_best(contenders).seen) / contest.scale, light.largest)
-    tried = [contest.size, contest.size / 2][: len(fine)]
-    if all(max(fitting / size, size / fitting) > MISSED for size in tried):
+    if all(max(fitting / size, size / fitting) > MISSED for size in fine):
         job = variational(light.around(fitting), fitting)
         psf = yield from nth(job, LAST_SEARCH, JOBS, "PSF, search")
         contenders.append(Contender.of(contest, Found(psf, 1.0)))
